@@ -129,14 +129,19 @@ def holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
-class _Reasons(Formatter):
+class _Template(Formatter):
     """`str.format` that accepts no value without a placeholder."""
 
     def check_unused_args(
         self, used_args: set[int | str], args: Sequence[Any], kwargs: Mapping[str, Any]
     ) -> None:
         if unused := kwargs.keys() - used_args:
-            raise KeyError(f"not in the reason: {', '.join(sorted(unused))}")
+            raise KeyError(f"no placeholder for: {', '.join(sorted(unused))}")
+
+
+def filled(template: str, /, **values: object) -> str:
+    """A reason or a caption with its values; KeyError for missing and for unused ones."""
+    return _Template().format(template, **values)
 
 
 def stated(
@@ -148,7 +153,7 @@ def stated(
     """
     reason = STATEMENTS[name].reason
     text = reason if isinstance(reason, str) else reason[wording]
-    return _claim(STATEMENTS[name], measured, verdict, _Reasons().format(text, **values))
+    return _claim(STATEMENTS[name], measured, verdict, filled(text, **values))
 
 
 def _claim(s: Statement, measured: Number, verdict: str, reason: str) -> Claim:

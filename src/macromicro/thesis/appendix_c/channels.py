@@ -18,6 +18,7 @@ from macromicro.plant.bench import Truth
 from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.claims import Claim, measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 from macromicro.types import SAFE, Command, Outputs, Sample
@@ -191,11 +192,8 @@ def _channels(data: Wiring) -> Drawn:
         )
         for c in data.channels
     ]
-    return Drawn(
-        "Channels of the rig",
-        "The electrical schematic as data: every input and output with its converter's settings, "
-        "the value at which an output is safe, and its column in the recording. "
-        "Outputs take effect one period after they are written.",
+    return captioned(
+        "Table C.1",
         Grid(
             ("channel", "direction", "unit", "hardware", "range", "step", "safe", "recorded as"),
             rows,
@@ -209,11 +207,7 @@ def _signals(data: Wiring) -> Drawn:
         (c.name, c.unit, c.meaning, sources.get(c.name, "state of controller or guard"))
         for c in COLUMNS
     ]
-    return Drawn(
-        "Signals of a recording",
-        "Where each column comes from; bench truth is known to the virtual bench only.",
-        Grid(("column", "unit", "meaning", "source"), columns),
-    )
+    return captioned("Table C.2", Grid(("column", "unit", "meaning", "source"), columns))
 
 
 def _times(way: Way) -> str:

@@ -12,6 +12,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
 from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
+from macromicro.thesis.captions import CAPTIONS, captioned
 from macromicro.thesis.claims import measured_by, printed
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+NAMES = {"tau1": "rise time tau1", "fall": "fall time"}
 LEVELS = ((149.0, BLUE, "s"), (150.0, RED, "o"), (151.0, GREEN, "^"), (152.0, PURPLE, "v"))
 
 
@@ -48,21 +50,15 @@ def _light(ax: Axes, values: Array) -> None:
     ax.plot(cycle, values.mean(axis=0), color=BLUE, linewidth=2.2, label="mean")
 
 
-def _time(column: str, name: str, meaning: str, claim: str, data: CycleData) -> Drawn:
+def _time(number: str, column: str, data: CycleData) -> Drawn:
     values = getattr(_measured(data), column)
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     _light(ax, values)
-    _printed(ax, printed(claim))
-    finish(ax, "", "cycle", f"{name.lower()} [s]", legend=True)
-    return Drawn(
-        f"{name} over the cycles",
-        f"Time {meaning}, {len(values)} runs with half an hour of rest between them. It settles "
-        f"at {_cycle_claims.settled(values.mean(axis=0)):.3f} s (mean of the last ten cycles); "
-        "dashed: the value that the thesis prints.",
-        figure,
-        (claim,),
-    )
+    _printed(ax, printed(CAPTIONS[number].claims[0]))
+    finish(ax, "", "cycle", f"{NAMES[column]} [s]", legend=True)
+    settled = _cycle_claims.settled(values.mean(axis=0))
+    return captioned(number, figure, runs=len(values), settled=settled)
 
 
 def _printed(ax: Axes, value: float) -> None:
@@ -80,14 +76,11 @@ def _rise(data: CycleData) -> Drawn:
     _light(delay, 1e3 * (runs.tau1 - runs.tau2))
     delay.set_ylim(bottom=0.0)
     finish(delay, "(b) delay", "cycle", "tau1 - tau2 [ms]")
-    return Drawn(
-        "Rise time tau2 over the cycles",
-        "(a) Time from the last sample at 0 counts to 149 counts. It settles at "
-        f"{_cycle_claims.settled(runs.tau2.mean(axis=0)):.3f} s. (b) The difference to tau1 is the "
-        f"time before the actuator answers: at least {1e3 * (runs.tau1 - runs.tau2).min():.0f} ms "
-        "in every cycle, so it cools fully.",
+    return captioned(
+        "D.10",
         figure,
-        ("A2", "A4"),
+        settled=_cycle_claims.settled(runs.tau2.mean(axis=0)),
+        delay=1e3 * (runs.tau1 - runs.tau2).min(),
     )
 
 
@@ -117,17 +110,11 @@ def _total(data: CycleData) -> Drawn:
     by_run.margins(x=0.06)
     by_run.xaxis.get_major_locator().set_params(integer=True)
     about = "; the numbers are the room's temperature [degC], which is allowed for" if known else ""
-    return Drawn(
-        "Rise and fall together over the cycles",
-        "(a) tau1 and fall time added. (b) Its mean over each run: from run to run it changes by "
-        f"{1e3 * trend.slope:.2f} ± {1e3 * trend.reach:.2f} ms (95 %){about}.",
-        figure,
-        ("A6",),
-    )
+    return captioned("D.12", figure, slope=1e3 * trend.slope, reach=1e3 * trend.reach, about=about)
 
 
-def _share(which: int, name: str, bound: str, data: CycleData) -> Drawn:
-    both, window = shares(data.counts), f"{name} {cycle_runs.WINDOW}"
+def _share(number: str, which: int, data: CycleData) -> Drawn:
+    both = shares(data.counts)
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     cycle = np.arange(1, both[which].shape[1] + 1)
@@ -137,16 +124,9 @@ def _share(which: int, name: str, bound: str, data: CycleData) -> Drawn:
         )
     ax.set_ylim(-2.0, 1.08 * float(np.nanmax(both)))
     finish(ax, "", "cycle", "share of samples [%]", legend=True)
-    at = [level for level, _, _ in LEVELS].index(PEAK)
-    here = both[which][at]
-    return Drawn(
-        f"Share of the {window} samples at the set point",
-        f"The {window} samples {bound}: how many read 149, 150, 151 and 152 counts, mean of all "
-        f"runs, on the scale of both figures. At 150: "
-        f"{here[0]:.0f} % in cycle 1 and {_cycle_claims.settled(here):.0f} % over the last ten.",
-        figure,
-        ("A5",),
-    )
+    here = both[which][[level for level, _, _ in LEVELS].index(PEAK)]
+    settled = _cycle_claims.settled(here)
+    return captioned(number, figure, window=cycle_runs.WINDOW, first=here[0], settled=settled)
 
 
 PROCEDURE = Procedure(
@@ -156,12 +136,12 @@ PROCEDURE = Procedure(
     channels=("cycle.encoder",),
     ids=measured_by("cycle-testing"),
     figures={
-        "D.9": partial(_time, "tau1", "Rise time tau1", "from the step to 149 counts", "A1"),
+        "D.9": partial(_time, "D.9", "tau1"),
         "D.10": _rise,
-        "D.11": partial(_time, "fall", "Fall time", "from 150 counts to 0", "A3"),
+        "D.11": partial(_time, "D.11", "fall"),
         "D.12": _total,
-        "D.13": partial(_share, 0, "first", "from reaching 150 counts on"),
-        "D.14": partial(_share, 1, "last", "before the output drops"),
+        "D.13": partial(_share, "D.13", 0),
+        "D.14": partial(_share, "D.14", 1),
     },
     diagrams=("D.2",),
     seconds=2.0,

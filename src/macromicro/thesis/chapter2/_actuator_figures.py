@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter2 import _actuator_runs as principle
 from macromicro.thesis.chapter2 import _calorimetry, joule
 from macromicro.thesis.chapter2._actuator_runs import Cycle, Principle
@@ -47,15 +48,7 @@ def hysteresis(data: Principle) -> Drawn:
     major.legend(fontsize=8, loc="lower left", frameon=False)
     major.set_ylim(-4.6, 0.6)
     (a_s, a_f, _), (m_s, m_f, _) = data.turnings
-    return Drawn(
-        "Hysteresis and minor loops of the shape memory effect",
-        f"The bench's wires under {principle.LOAD:g} gf on a virtual test machine that sets their "
-        "temperature and reads their length. Where the steepest tangents meet the levels (dashed): "
-        f"A_s {a_s:.0f}, A_f {a_f:.0f}, M_s {m_s:.0f}, M_f {m_f:.0f} degC. The transformation sets "
-        "in far before and ends after these readings, because its temperatures are spread. (b) The "
-        "temperature turns several times inside the loop.",
-        figure,
-    )
+    return captioned("2.8", figure, load=principle.LOAD, a_s=a_s, a_f=a_f, m_s=m_s, m_f=m_f)
 
 
 def _branches(ax: Any, r: Readings) -> None:
@@ -95,17 +88,15 @@ def stress_strain(data: Principle) -> Drawn:
     wires.legend(fontsize=7, loc="upper center", ncols=3, frameon=False, columnspacing=1.0)
     wires.set_ylim(-2.0, 68.0)
     moduli = (1e-9 * alloy.martensite, 1e-9 * alloy.austenite)
-    return Drawn(
-        "Stress and strain of the alloy",
-        "(a), (b) A textbook's law of straight pieces with literature values: moduli "
-        f"{moduli[0]:g} and {moduli[1]:g} GPa, a plateau of {100 * alloy.plateau_strain:g} % "
-        f"between {1e-6 * alloy.plateau_start:g} and {1e-6 * alloy.plateau_end:g} MPa. (c) The "
-        f"bench's wires, heated without load, then pulled with {principle.MOST:g} gf and let go. "
-        "They have no plateau: the bench takes its martensite as detwinned, as in the actuator, "
-        "so (a) is not to be had from it. Between the transition temperatures a pull also makes a "
-        "little martensite, up to "
-        f"{_beyond_elastic(data):.2f} % of strain, and letting go undoes it.",
+    return captioned(
+        "2.9",
         figure,
+        moduli=moduli,
+        plateau=100 * alloy.plateau_strain,
+        start=1e-6 * alloy.plateau_start,
+        end=1e-6 * alloy.plateau_end,
+        load=principle.MOST,
+        left=_beyond_elastic(data),
     )
 
 
@@ -154,17 +145,18 @@ def work(data: Principle) -> Drawn:
     figure.subplots_adjust(wspace=0.32, left=0.07)
     volume = data.specimen.area * data.specimen.length
     own, theirs = data.bench_cycle, data.law_cycle
-    return Drawn(
-        "Work by the shape memory effect",
-        "A: cold under both loads; B: hot, both lifted; C: one load taken off; D: cold; then the "
-        f"next load. (b), (c) The bench's wires with two loads of {principle.LIFTED:g} gf: the "
-        f"area is {1e3 * own.area * volume:.3f} mJ, the load times its way from A to B "
-        f"{1e3 * own.lifting * volume:.3f} mJ, {_off(own)} apart: elasticity. (a) The textbook's "
-        f"law with its plateau, {1e-6 * principle.BIAS:g} and {1e-6 * principle.HIGH:g} MPa: area "
-        f"{1e-6 * theirs.area:.2f} J/cm³, load times way {1e-6 * theirs.lifting:.2f} J/cm³, "
-        f"{_off(theirs)} apart, because the new load sinks along the plateau from D to A while it "
-        "is put on. The two are the same only where D lies right below A.",
+    return captioned(
+        "2.10",
         figure,
+        load=principle.LIFTED,
+        area=1e3 * own.area * volume,
+        lifting=1e3 * own.lifting * volume,
+        apart=_off(own),
+        bias=1e-6 * principle.BIAS,
+        high=1e-6 * principle.HIGH,
+        law_area=1e-6 * theirs.area,
+        law_lifting=1e-6 * theirs.lifting,
+        law_apart=_off(theirs),
     )
 
 
@@ -204,15 +196,15 @@ def heat(_: Principle) -> Drawn:
     finish(right, "(b) cooling by the air; dots: one time constant")
     for ax in (left, right):
         ax.legend(fontsize=8, loc="upper right", frameon=False)
-    return Drawn(
-        "Heat balance of a wire",
-        f"(2.1) for a NiTi wire of {1e6 * still.diameter:g} um with literature values "
-        f"({still.density:g} kg/m³, {still.heat:g} J/(kg K), {1e8 * still.resistivity:g}e-8 ohm m) "
-        f"and an assumed h of {still.convection:g} W/(m² K) in still air, {moving.convection:g} "
-        f"with a fan: the time constant rho Cp V / (h A) is {joule.time_constant(still):.2f} s and "
-        f"{joule.time_constant(moving):.2f} s, whatever the current. (2.1) has no latent heat, and "
-        "no plates that warm; the bench has both.",
+    return captioned(
+        "(2.1)",
         figure,
+        diameter=1e6 * still.diameter,
+        still=still,
+        resistivity=1e8 * still.resistivity,
+        moving=moving,
+        still_time=joule.time_constant(still),
+        moving_time=joule.time_constant(moving),
     )
 
 
@@ -247,13 +239,12 @@ def calorimeter(data: Principle) -> Drawn:
     finish(ax, "", "temperature of the sample [degC]", "heat flow, in: up [W/g]", legend=True)
     put = data.specimen.wire.latent / data.scans[0].mass
     up, down = found
-    return Drawn(
-        "Calorimetry of the wires",
-        f"A virtual calorimeter with the bench's wires, without load: {60 * _calorimetry.RATE:g} "
-        f"K/min, {1e6 * data.scans[0].mass:.2f} mg. The peaks' areas over the baseline are "
-        f"{1e-3 * up.heat:.2f} and {1e-3 * down.heat:.2f} J/g; the bench was given "
-        f"{1e-3 * put:.2f} J/g (bench truth). On heating the peak rises slowly and breaks off, on "
-        "cooling it is broad: the spread of the transformation is an assumption of the bench, "
-        "the thesis' curves are lost.",
+    return captioned(
+        "A.1",
         figure,
+        rate=60 * _calorimetry.RATE,
+        mass=1e6 * data.scans[0].mass,
+        heating=1e-3 * up.heat,
+        cooling=1e-3 * down.heat,
+        latent=1e-3 * put,
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter2 import _preisach_runs
 from macromicro.thesis.chapter2._preisach_runs import EXTENT, FOD, Geometry, Stage, Trapezoid
 from macromicro.thesis.claims import Claim, measured_by
@@ -17,17 +18,6 @@ if TYPE_CHECKING:
 
 
 QS = (ORANGE, GREEN, PURPLE)
-
-_MOVES = (
-    "Negative saturation, u = -beta_0: every relay is off. T is the limiting triangle; a relay is "
-    "a point (alpha, beta) above the diagonal.",
-    "The input has risen to u1: the relays with alpha below it are on, and L(t) is a level line.",
-    "The input has fallen to u2: the relays with beta above it are off again. L(t) has the corner "
-    "(alpha, beta) = (u1, u2).",
-    "The input has risen again, to u3 below u1: a second level link.",
-    "The input has fallen to u4 above u2: a second corner, (u3, u4). The corners are the input's "
-    "past extremes, which the model remembers.",
-)
 
 
 def plane(ax: Any, title: str) -> None:
@@ -169,38 +159,25 @@ def claims(data: Geometry) -> list[Claim]:
     return []
 
 
-def _plane(k: int, data: Geometry) -> Drawn:
-    stage = data.stages[k]
-    return Drawn(
-        "Preisach plane" if k == 0 else f"Preisach plane with u(t) = u{k}",
-        f"{_MOVES[k]} A model of a smooth relay density gives f = "
-        f"{stage.f:.4f} at u{k} = {stage.u:g}.",
-        step(data, k),
-    )
+def _plane(number: str, k: int, data: Geometry) -> Drawn:
+    return captioned(number, step(data, k), stage=data.stages[k])
 
 
 def _divided(data: Geometry) -> Drawn:
     last = data.stages[-1]
-    return Drawn(
-        "S+ divided into trapezoids",
-        f"After two more turns, at {data.stages[-2].u:g} and {last.u:g}. (b) What each trapezoid "
-        "adds to -f+, read off first-order descending curves of the model by (2.10). The sum "
-        f"(2.11) is {data.output:.6f}, the output of the model that was driven there "
-        f"{last.f:.6f}.",
-        trapezoids(data),
-    )
+    return captioned("2.17", trapezoids(data), before=data.stages[-2].u, last=last, data=data)
 
 
 def _difference(data: Geometry) -> Drawn:
     k = 2
     q = data.trapezoids[k - 1]
-    return Drawn(
-        "A trapezoid as the difference of two triangles",
-        f"Q{k} of Figure 2.17. (2.7) with (2.9): half the difference of f_M,m for m{k} and for "
-        f"m{k - 1}, ({q.readings[0]:.4f} - ({q.readings[1]:.4f})) / 2 = {q.difference:.5f}. The "
-        f"density integrated over Q{k}, apart from the model: {q.integrated:.5f}, which differs "
-        f"by {abs(q.difference / q.integrated - 1.0):.1e} of it, from the model's grid.",
+    return captioned(
+        "2.18",
         triangles(q, k),
+        k=k,
+        before=k - 1,
+        q=q,
+        apart=abs(q.difference / q.integrated - 1.0),
     )
 
 
@@ -238,13 +215,15 @@ def _fod(data: Geometry) -> Drawn:
             r"$\alpha_0$",
         ],
     )
-    return Drawn(
-        "Notation of first-order descending curves",
-        f"From negative saturation up to alpha' = {alpha:g}, then down to beta' = {beta:g}: "
-        f"f_alpha' = {first:.4f}, f_alpha'beta' = {second:.4f}. Half their difference (2.8), "
-        f"{0.5 * (first - second):.5f}, is the weight of the triangle T(alpha', beta'); integrated "
-        f"over the density it is {integrated:.5f}.",
+    return captioned(
+        "2.19",
         figure,
+        alpha=alpha,
+        beta=beta,
+        first=first,
+        second=second,
+        half=0.5 * (first - second),
+        integrated=integrated,
     )
 
 
@@ -255,7 +234,7 @@ PROCEDURE = Procedure(
     channels=(),
     ids=measured_by("preisach-geometry"),
     figures={
-        **{f"2.{12 + k}": partial(_plane, k) for k in range(len(_MOVES))},
+        **{f"2.{12 + k}": partial(_plane, f"2.{12 + k}", k) for k in range(5)},
         "2.17": _divided,
         "2.18": _difference,
         "2.19": _fod,

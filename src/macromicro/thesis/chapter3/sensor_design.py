@@ -13,6 +13,7 @@ from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter3 import _sensor_claims
 from macromicro.thesis.chapter3._sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE
 from macromicro.thesis.claims import Claim, measured_by, printed_list
@@ -57,18 +58,19 @@ def flexure(data: Sheets) -> Drawn:
     load.legend(fontsize=7.5, loc="upper left", frameon=False)
     rate = flexure_sheet.stiffness(beam, CHOSEN)
     stress = flexure_sheet.bending_stress(beam, CHOSEN, HALF_STROKE)
-    return Drawn(
-        "Deflection of the flexure",
-        f"Aluminium beams of {1e3 * beam.length:g} by {1e3 * beam.width:g} mm. (a) The free end "
-        f"keeps its direction; bent by {1e3 * HALF_STROKE:g} mm it comes {1e6 * nearer:.0f} um "
-        "nearer. (b) A second beam that hangs from it takes that back, so the platform (lower end) "
-        "moves sideways only, twice as far; two such rows carry it. (c) (3.1) for the thickness "
-        f"chosen and for the greatest ones: the stated 35 gf at 2 mm allow {thick[1]:.3f} mm, half "
-        f"of that load {thick[0]:.3f} mm, near the 0.465 mm printed. The guide of "
-        f"{1e3 * CHOSEN:g} mm beams has {rate:.1f} N/m, {rate * STROKE / GRAM_FORCE:.1f} gf at "
-        f"{1e3 * STROKE:g} mm; the beams' greatest stress there is {1e-6 * stress:.0f} MPa.",
+    return captioned(
+        "3.6",
         figure,
-        ("D1",),
+        length=1e3 * beam.length,
+        width=1e3 * beam.width,
+        half_stroke=1e3 * HALF_STROKE,
+        nearer=1e6 * nearer,
+        thick=thick,
+        chosen=1e3 * CHOSEN,
+        rate=rate,
+        pull=rate * STROKE / GRAM_FORCE,
+        stroke=1e3 * STROKE,
+        stress=1e-6 * stress,
     )
 
 
@@ -123,16 +125,7 @@ def flux(data: Sheets) -> Drawn:
     finish(slide, "(b) slide-by", "distance from the middle [mm]", "flux [G]")
     slide.legend(fontsize=7.5, loc="lower right", frameon=False)
     steep = min(slopes) * INCH
-    return Drawn(
-        "Flux of the magnets",
-        "(a) The data sheets' readings in front of one magnet, thick where the flux changes most "
-        "over 1 mm. (b) Two magnets of opposite poles that slide by: what the sensor of the bench "
-        f"feels (bench truth, chosen to give the calibration of Figure 3.9; {1e3 * SENSITIVITY:g} "
-        f"mV/G; its output ends at 0 and 5 V), with its slope at ±0.08 in, {steep:.0f} G/in, "
-        "beside the 5000 G/in that the thesis reads off the data sheet of the 103MG5, now lost.",
-        figure,
-        ("D4", "D7"),
-    )
+    return captioned("3.7", figure, sensitivity=1e3 * SENSITIVITY, steep=steep)
 
 
 def gauss(sensor: Hall, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -171,13 +164,7 @@ def _budget(data: Sheets) -> Drawn:
         for key in BUDGET
         for c in (found[key],)
     ]
-    return Drawn(
-        "Resolution budget of Section 3.2.3 (ours)",
-        "The thesis gives these figures in its text. From the converter's step over the sensor's "
-        "sensitivity to the travel that one bit is worth where the flux changes least.",
-        Grid(("claim", "figure", "printed", "computed", "remark"), rows),
-        BUDGET,
-    )
+    return captioned("Table 3.3", Grid(("claim", "figure", "printed", "computed", "remark"), rows))
 
 
 def _magnets(data: Sheets) -> Drawn:
@@ -192,13 +179,7 @@ def _magnets(data: Sheets) -> Drawn:
     assert isinstance(claim.measured, list)
     rows.append(("most over 1 mm, computed", *(f"{v:.0f}" for v in claim.measured)))
     rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_list("D7"))))
-    return Drawn(
-        "Flux of seven magnets, head-on",
-        "Flux [G] at a distance [in], by the maker's curves as the thesis reads them. The last but "
-        "one row is worked out from the readings, straight lines in between. " + claim.reason,
-        Grid(("distance", *(m.name for m in sheets)), rows),
-        ("D7",),
-    )
+    return captioned("Table 3.1", Grid(("distance", *(m.name for m in sheets)), rows), claim=claim)
 
 
 def _sensors(data: Sheets) -> Drawn:
@@ -214,12 +195,13 @@ def _sensors(data: Sheets) -> Drawn:
         span = low if low == high else f"{low}-{high}"
         verdict = "; ".join(against) or "meets both"
         rows.append((sensor.name, field, span, f"~{sensor.cost:g}", verdict))
-    return Drawn(
-        "Hall effect sensors",
-        f"Needed: a range over {needs.field:g} G and {1e3 * needs.sensitivity:.2f} mV/G. "
-        + found["D8"].reason,
-        Grid(("sensor", "range [G]", "sensitivity [mV/G]", "cost [USD]", "judgement"), rows),
-        ("D8",),
+    headings = ("sensor", "range [G]", "sensitivity [mV/G]", "cost [USD]", "judgement")
+    return captioned(
+        "Table 3.2",
+        Grid(headings, rows),
+        field=needs.field,
+        sensitivity=1e3 * needs.sensitivity,
+        claim=found["D8"],
     )
 
 

@@ -13,6 +13,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.lab.drive import DT
 from macromicro.models.macro import Linear, position_transfer
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import pd_route
 from macromicro.thesis.chapter4._design import Design
 from macromicro.thesis.chapter4.pd_route import LIMIT, STEP, Trial
@@ -53,16 +54,7 @@ def ratios(design: Design) -> Drawn:
     finish(axes[0, 1], "(b) zoom of the response", y="position [counts]")
     axes[0, 1].set_xlim(*ZOOMED)
     asked = design.ratios[1.05]
-    return Drawn(
-        "Tuning by the damping ratio",
-        f"Simulated step of {STEP:.0f} counts on the tuned nonlinear model, each PD with the "
-        "lowest phase-margin frequency that its damping ratio allows, where no derivative action "
-        "is left; the output before the limit of 5 V. A ratio of 1.05 requests "
-        f"{asked.peak:.1f} V, {design.ratio:.2f} stays at the limit. All overshoot and then "
-        "chatter.",
-        figure,
-        ("M12",),
-    )
+    return captioned("4.22", figure, step=STEP, asked=asked, design=design)
 
 
 def frequencies(design: Design) -> Drawn:
@@ -93,18 +85,7 @@ def frequencies(design: Design) -> Drawn:
     tuned, initial = (
         pd_route.crossover(taps) for taps in (pd_route.TUNED_TAPS, pd_route.INITIAL_TAPS)
     )
-    return Drawn(
-        "Tuning by the crossover frequency",
-        f"Simulated step of {STEP:.0f} counts on the tuned nonlinear model at falling crossovers, "
-        f"derivative time that of (4.10); {rule:.2f} rad/s is the highest that neither overshoots "
-        "nor asks for more than 5 V after the first sample. Dashed: 4.91 rad/s without derivative "
-        "action. Beside the thesis' figure: (c), (d) gain and phase of the open loops with (4.4), "
-        f"dots at the crossovers: (4.9) at {initial.frequency:.2f} rad/s with a phase margin of "
-        f"{initial.phase_margin:.1f} deg, (4.10) at {tuned.frequency:.2f} rad/s with its sign "
-        "turned to minus.",
-        figure,
-        ("M11", "M11b", "M12"),
-    )
+    return captioned("4.23", figure, step=STEP, rule=rule, initial=initial, tuned=tuned)
 
 
 def _margins(gains: Any, phases: Any) -> None:

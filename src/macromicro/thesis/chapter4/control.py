@@ -12,6 +12,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
 from macromicro.lab.drive import DT
 from macromicro.recording import Recording
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import (
     _control_claims,
     _control_runs,
@@ -45,15 +46,15 @@ def pid(data: MacroData) -> Drawn:
     axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     over, stuck = steps.overshoot(x, TRAVEL), _stuck(x, motor)
     rise = steps.rise_time(x, TRAVEL)
-    return Drawn(
-        "The benchmark PID",
-        f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
-        f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
-        f"comes after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
-        f"counts at once; {stuck}. The output changes its sign "
-        f"{_times(_readings.sign_changes(motor))} in all.",
+    return captioned(
+        "4.18",
         figure,
-        ("M9",),
+        travel=TRAVEL,
+        seconds=len(run) * run.dt,
+        rise=rise,
+        over=over,
+        stuck=stuck,
+        turns=_times(_readings.sign_changes(motor)),
     )
 
 
@@ -86,15 +87,14 @@ def initial_pd(data: MacroData) -> Drawn:
     axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
     axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     backs, model_backs = (len(steps.swings(y, TRAVEL)) for y in (x, data.initial_model))
-    return Drawn(
-        "Initial nonlinear controller: bench and model",
-        f"Step of {TRAVEL:.0f} counts under the initial PD with the dead-zone inverse. The bench "
-        f"goes {steps.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
-        "arrival; the initial model, whose friction the inverse cancels, goes "
-        f"{steps.overshoot(data.initial_model, TRAVEL):.2f} counts over and reverses "
-        f"{model_backs} times.",
+    return captioned(
+        "4.20",
         figure,
-        ("M10",),
+        travel=TRAVEL,
+        over=steps.overshoot(x, TRAVEL),
+        backs=backs,
+        model_over=steps.overshoot(data.initial_model, TRAVEL),
+        model_backs=model_backs,
     )
 
 
@@ -133,15 +133,7 @@ def tuned_pd(data: MacroData) -> Drawn:
     settled = _full_move(axes[1, 0], run)
     counts = _travel(axes[1, 1], data.travel)
     error = _readings.nrmse(square.simulated, x)
-    return Drawn(
-        "Tuned nonlinear controller: bench and model",
-        "Decaying square wave under the tuned PD: target (dash-dot), tuned model (solid), bench "
-        f"(dotted); they differ by {error:.1f} % of the range (RMS). Beside the thesis' figure: "
-        f"(c) a move over the full travel, to within 2 % (grey) after {settled:.2f} s; (d) such a "
-        f"move by the laser over the encoder: {counts:.1f} counts in 200 mm.",
-        figure,
-        ("M13", "M14", "M16"),
-    )
+    return captioned("4.24", figure, error=error, settled=settled, counts=counts)
 
 
 def _full_move(ax: Any, run: Recording) -> float:
@@ -186,15 +178,13 @@ def comparison(data: MacroData) -> Drawn:
     axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
     seen = {law: _control_runs.tracking(square.bench[law], square.reference) for law in styles}
     errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
-    return Drawn(
-        "The three controllers on the bench",
-        "Decaying square wave: target (dash-dot), tuned PD (solid), initial PD (dotted), PID "
-        "(dashed). Mean error over the last 0.2 s of each level, in counts: "
-        f"{errors}. (b) Arrival at {target:.0f} counts: the initial PD overshoots and chatters "
-        f"({seen['pd-initial'].reversals} reversals at all levels together, tuned PD "
-        f"{seen['pd-tuned'].reversals}).",
+    return captioned(
+        "4.25",
         figure,
-        ("M15", "M10"),
+        errors=errors,
+        target=target,
+        initial=seen["pd-initial"].reversals,
+        tuned=seen["pd-tuned"].reversals,
     )
 
 

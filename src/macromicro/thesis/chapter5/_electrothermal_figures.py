@@ -22,6 +22,7 @@ from macromicro.identify.heating import (
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.models.weighted_gain import Exponential, exponential, weighted
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import electrothermal_claims
 from macromicro.thesis.chapter5._electrothermal_runs import (
     ABOVE_STOP,
@@ -42,11 +43,6 @@ SHOWN_S = 20.0
 FAST_S = 6.0
 LONG_S = 60.0
 POINTS = 500
-
-_READ = (
-    "Solid: temperature inferred from the position, where the position shows it; broken: the "
-    "model; dotted line: full contraction, where the mechanical stop hides what follows. "
-)
 
 
 def _until(t: Array, seconds: float) -> slice:
@@ -78,15 +74,7 @@ def _responses(models: Models) -> Drawn:
     finish(axes[0, 1], "(b) temperature inferred from it", y=HOT)
     axes[0, 0].set_xlim(right=1.16 * SHOWN_S)  # room for the names
     _legend(axes[0, 1], "lower right", 2)
-    return Drawn(
-        "Responses to steps of CTRL",
-        "(a) Position of the micro-stage by the laser, (b) temperature inferred from it by the "
-        "rising branch of the kiln's table. The mean of three trials (solid) and the trials "
-        f"(dots), which are {max(apart):.1f} um or less from it (standard deviation). Steps "
-        f"below 1.65 V go on for {HELD_S:g} s. At the start and at the mechanical stop the "
-        "position shows no temperature.",
-        figure,
-    )
+    return captioned("5.10", figure, apart=max(apart), seconds=HELD_S)
 
 
 def _name_steps(ax: Any, volts: Sequence[float]) -> None:
@@ -122,14 +110,7 @@ def _steady(models: Models) -> Drawn:
     ax.axhline(fit.nonlinear.asymptote, color=RED, linewidth=0.7, linestyle=(0, (1, 3)))
     ax.plot(list(fit.steady), list(fit.steady.values()), "o", color=BLACK, label="measured")
     finish(ax, "", "CTRL [V]", "steady rise above ambient [K]", legend=True)
-    return Drawn(
-        "Steady temperature over CTRL",
-        f"Temperature above {AMBIENT:g} degC at the end of the steps that stay clear of the stop, "
-        f"and the exponential (5.2) through it; asymptote {fit.nonlinear.asymptote:.1f} K (dots), "
-        f"exponent {fit.linearised.model.a:.1f} 1/V by the linearised route.",
-        figure,
-        ("S5a", "S5b"),
-    )
+    return captioned("5.11", figure, ambient=AMBIENT, fit=fit)
 
 
 def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) -> None:
@@ -161,14 +142,7 @@ def _linear(models: Models) -> Drawn:
     line(axes[0, 2], t, printed, BLACK, "(5.6)")
     line(axes[0, 2], t, step_response(fit.heating.modes, t), RED, "identified", linestyle="--")
     finish(axes[0, 2], "(c)", y="$T / T_d$", legend=True)
-    return Drawn(
-        "Heating model with the exponential gain",
-        f"{_READ}The third-order dynamics come from the step to 1.575 V. The gain is at its "
-        "asymptote above 1.6 V, so the models in (b) are one. (c) The dynamics' step response "
-        "beside that of (5.6) as printed.",
-        figure,
-        ("S7",),
-    )
+    return captioned("5.13", figure)
 
 
 def _gain(_: Models) -> Drawn:
@@ -180,26 +154,14 @@ def _gain(_: Models) -> Drawn:
     line(ax, volts, upper, GREEN, "upper exponential", linestyle="-.")
     line(ax, volts, rise, BLACK, "weighted gain (5.8)", linewidth=1.8)
     finish(ax, "", "CTRL [V]", "$T_d$ above ambient [K]", legend=True)
-    return Drawn(
-        "Weighted static gain",
-        "(5.8) as printed: the lower exponential, never below 0, passes into the upper one around "
-        "1.7 V by the weight (5.7).",
-        figure,
-        ("S9",),
-    )
+    return captioned("5.14", figure)
 
 
 def _weighted(models: Models) -> Drawn:
     figure, axes = new(3.9, 1, 2)
     gain = models.thesis.model.gain
     _against_heating(models, axes[0], lambda v: weighted(gain, v))
-    return Drawn(
-        "Heating model with the weighted gain",
-        f"{_READ}Above 1.6 V the gain was tuned so that the model passes 95 % of the stroke when "
-        "the actuator does.",
-        figure,
-        ("S7",),
-    )
+    return captioned("5.15", figure)
 
 
 def _cooling(models: Models) -> Drawn:
@@ -227,15 +189,7 @@ def _cooling(models: Models) -> Drawn:
     level = AMBIENT + (fit.peak - AMBIENT) * np.exp(-1.0)
     ax.plot([fit.time], [level], "o", color=RED, label=f"63 %: {fit.time:.2f} s")
     finish(ax, "", y=HOT, legend=True)
-    return Drawn(
-        "Cooling after a step of CTRL",
-        "Temperature inferred from the position, by the descending curve that begins where each "
-        "step ended after 10 s, as long as the position shows it: from cold, and at 1.575 V once "
-        f"more after {CYCLES_BEFORE} cycles of the same, as the thesis took it. Models of first "
-        f"order for that (broken). All fall by 63 % in {min(times):.2f} to {max(times):.2f} s.",
-        figure,
-        ("S8",),
-    )
+    return captioned("5.16", figure, cycles=CYCLES_BEFORE, least=min(times), most=max(times))
 
 
 def _whole(models: Models) -> Drawn:
@@ -257,18 +211,14 @@ def _whole(models: Models) -> Drawn:
     thesis = 100.0 * max(c.thesis.dynamic for c in others)
     better = 100.0 * max(c.better.dynamic for c in others)
     steady = 100.0 * max(abs(models.steps[v].steady) for v in BELOW_STOP)
-    return Drawn(
-        "Full actuator model against the micro-stage",
-        "Solid: bench, mean of three trials; broken: model. (a), (b): the model of Section 5.2.3; "
-        f"steady error at most {steady:.1f} % of the stroke in (a), dynamic error "
-        f"{100.0 * models.steps[1.575].dynamic:.1f} % at 1.575 V and "
-        f"{100.0 * models.steps[1.8].dynamic:.1f} % at 1.8 V. (c), (d) go beyond the thesis: one "
-        "model with the stage's load, latent heat and three heat nodes, fitted to other "
-        "recordings. On recordings of 1.575 to 1.8 V that neither model was fitted to, the largest "
-        f"dynamic error is {thesis:.1f} % of the stroke for the thesis' model and {better:.1f} % "
-        "for this one.",
+    return captioned(
+        "5.17",
         figure,
-        ("S10",),
+        steady=steady,
+        low=100.0 * models.steps[1.575].dynamic,
+        high=100.0 * models.steps[1.8].dynamic,
+        thesis=thesis,
+        better=better,
     )
 
 

@@ -12,6 +12,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.recording import Recording
 from macromicro.runs import sequence
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import micro_runs
 from macromicro.thesis.chapter5.micro_runs import MicroRuns, Swing
 
@@ -103,14 +104,7 @@ def stop(runs: MicroRuns) -> Drawn:
     foot.axvline(1.3, color="0.4", linestyle=":", linewidth=1.0)
     finish(foot, "(b) where it begins, in 60 s", "CTRL [V]", "highest position [um]")
     foot.margins(x=0.03)
-    return Drawn(
-        "Where the stage begins and stops",
-        "Highest position by the laser after steps of CTRL in open loop, from cold: (a) the stop "
-        "at 3.98 mm, which 1.6 V and less do not reach even in 200 s; (b) low voltages; up to "
-        "1.3 V (dotted) nothing shows but the laser's noise.",
-        figure,
-        ("S3", "S4"),
-    )
+    return captioned("5.10 (stop)", figure)
 
 
 def effort(runs: MicroRuns) -> Drawn:
@@ -128,14 +122,7 @@ def effort(runs: MicroRuns) -> Drawn:
     ripple.set_ylim(bottom=0.0)
     finish(ripple, "(c) ripple [V]", "Kp [V/mm]")
     ripple.margins(x=0.06)
-    return Drawn(
-        "Controller output under proportional control",
-        "Step to 3.8 mm: CTRL falls from its limit as the error shrinks, and the larger Kp, the "
-        "more it swings before it rests. (c) The path of the effort from 0.2 s on, beyond its net "
-        "change, for every Kp tried.",
-        figure,
-        ("S11",),
-    )
+    return captioned("5.19", figure)
 
 
 def _swings(runs: MicroRuns) -> dict[float, Swing]:
@@ -160,14 +147,7 @@ def proportional(runs: MicroRuns) -> Drawn:
     key(left)
     finish(left, "(b) error and overshoot [um]", "Kp [V/mm]")
     left.margins(x=0.04)
-    return Drawn(
-        "Position under proportional control",
-        "The same steps. No Kp removes the error, and with Kp grows what the stage overshoots the "
-        "place where it comes to rest; the largest Kp below the dotted 10 um is "
-        f"{micro_runs.chosen_gain(swings):g} V/mm.",
-        figure,
-        ("S11",),
-    )
+    return captioned("5.20", figure, chosen=micro_runs.chosen_gain(swings))
 
 
 def integral(runs: MicroRuns) -> Drawn:
@@ -194,13 +174,8 @@ def integral(runs: MicroRuns) -> Drawn:
         if cut
         else ""
     )
-    return Drawn(
-        "PI control with several integral gains",
-        "Step to 3.8 mm with Kp 3. A small Ki ramps up slowly, a larger one overshoots and ramps "
-        f"down slowly; the largest tried without overshoot is "
-        f"{micro_runs.chosen_integral_gain(runs.integral):g} V/(mm s).{stopped}",
-        figure,
-        ("S12",),
+    return captioned(
+        "5.22", figure, chosen=micro_runs.chosen_integral_gain(runs.integral), stopped=stopped
     )
 
 
@@ -220,12 +195,4 @@ def held_back(runs: MicroRuns) -> Drawn:
     swing.set_ylim(bottom=0.0)
     finish(swing, "(c) late swing [V]", "Ki = Kaw")
     swing.margins(x=0.06)
-    return Drawn(
-        "Anti-windup with several gains Ki = Kaw",
-        "Step to 3.8 mm with Kp 3. The larger Ki = Kaw, the sooner the integral effort is where it "
-        "must be, until it oscillates. (c) Peak to peak of the integral effort over the last 3 s "
-        f"of 6, less a straight line: {unrest[30.0]:.3f} V at the chosen 30, "
-        f"{unrest[60.0]:.2f} V at 60; with 5 it still rises.",
-        figure,
-        ("S13a",),
-    )
+    return captioned("5.26", figure, chosen=unrest[30.0], larger=unrest[60.0])

@@ -11,6 +11,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.recording import Recording
 from macromicro.runs import sequence
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import micro_runs as micro
 from macromicro.thesis.chapter5._gain_figures import column, millimetres
 from macromicro.thesis.chapter5.micro_runs import MicroRuns
@@ -57,14 +58,7 @@ def windup(runs: MicroRuns) -> Drawn:
         arrowprops={"arrowstyle": "-", "linewidth": 0.6},
     )
     left = abs(micro.error_after(runs.pi, fall))
-    return Drawn(
-        "Sequential steps under PI control",
-        "Kp 3 and Ki 2.25. Where the stage extends, CTRL is at its limit of 0 V (shaded), yet the "
-        "integral goes on falling: it winds up, and has to rise again before the error can go. "
-        f"{left:.0f} um are left a second after the step from 3 to 2 mm.",
-        figure,
-        ("S12",),
-    )
+    return captioned("5.23", figure, left=left)
 
 
 def _saturated(recording: Recording, since: float) -> list[tuple[float, float]]:
@@ -87,15 +81,7 @@ def anti_windup(runs: MicroRuns) -> Drawn:
         for (k, r), c in zip(sorted(runs.gentle.items()), colours, strict=True)
     ]
     figure, _ = _three(laws)
-    return Drawn(
-        "Sequential steps under PI control with anti-windup",
-        "Kp 3, effort kept within 1.3 and 1.9 V. The thesis prints no gain for this figure. With "
-        "the Ki of 2.25 chosen before, the integral no longer winds up as the stage extends, but "
-        "it is slower than without: while the effort is at 1.9 V the anti-windup pulls it far "
-        "down, and it returns with the error. Larger gains, as with 10 here, repair that.",
-        figure,
-        ("S12",),
-    )
+    return captioned("5.25", figure)
 
 
 def final(runs: MicroRuns) -> Drawn:
@@ -114,16 +100,7 @@ def final(runs: MicroRuns) -> Drawn:
     finish(near, "(b) zoom", y="[um]", legend=True)
     _settling(axes[1, 0], runs)
     _holds(axes[1, 1], runs)
-    return Drawn(
-        "Sequential steps under the final controller",
-        "Kp 3 and Ki = Kaw = 30. (c) The time until each step has settled, no mark where that "
-        "takes longer than its 2 s; dashed: the thesis' 0.5 s in contraction and 1 s in "
-        f"extension. (d) Error at rest of "
-        f"{len(runs.held) * len(micro.HOLDS)} other holds of 2 s: target minus the laser's mean "
-        "over the last half second.",
-        figure,
-        ("S13a", "S13b", "S13c"),
-    )
+    return captioned("5.27", figure, holds=len(runs.held) * len(micro.HOLDS))
 
 
 def _settling(ax: Axes, runs: MicroRuns) -> None:

@@ -13,6 +13,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
 
@@ -46,11 +47,12 @@ def part(recording: Recording, single: Programme, cycle: int) -> Part:
     return Part(rows, own[0] if own else None)
 
 
-def cycling(runs: IntegratedRuns, recording: Recording, claim: str) -> Drawn:
+def cycling(runs: IntegratedRuns, number: str) -> Drawn:
+    fan = number == "6.5"
+    recording = runs.cooled if fan else runs.warm
     bias = integrated_runs.cycled(runs, recording)
     parts = [part(recording, runs.single, k) for k in (0, len(bias.cycles) - 1)]
     names = [f"cycle {k}" for k in (1, len(bias.cycles))]
-    fan = bool(recording.attributes.get("fan", claim == "I4"))
     figure, axes = new(6.2, 2, 2)
     figure.subplots_adjust(right=0.94, wspace=0.25)
     full, near, back = axes[0, 0], axes[0, 1], axes[1, 0]
@@ -82,30 +84,17 @@ def cycling(runs: IntegratedRuns, recording: Recording, claim: str) -> Drawn:
     finish(back, "(c) return to zero before it", "time since switched off [s]", "Hall [um]")
     back.legend(fontsize=7.5, loc="upper right", framealpha=0.85)
     _by_cycle(axes[1, 1], bias)
-    return Drawn(
-        f"Micro-stage after ten cycles, {'with' if fan else 'without'} a fan",
-        "The second sequence of steps in the first and in the last of ten cycles, by the laser. "
-        f"(b) Its error, averaged over {1e3 * WINDOW_S:g} ms, with the Hall sensor's in the last "
-        f"cycle; green: 5 um. {_told(bias, fan)} (d) Means of each cycle; the laser drifts by some "
-        "micrometres besides.",
-        figure,
-        (claim,),
-    )
-
-
-def _told(bias: Bias, fan: bool) -> str:
-    """Caption of (b) and (c), by the measured values."""
+    if not fan:
+        return captioned(number, figure, window=1e3 * WINDOW_S)
     first, last = bias.cycles[0], bias.cycles[-1]
-    rings = "(c) The return to zero before that sequence; the rings are where the laser was reset"
-    if fan:
-        return (
-            f"With the fan a hold of the last cycle ends at most {bias.worst:.1f} um off. {rings}: "
-            f"on average the actuator is back in {_text(last.extension_s)} s in the last cycle, "
-            f"{_text(first.extension_s)} s in the first, and has {_text(last.left_um)} um left."
-        )
-    return (
-        f"{rings}: what the actuator had not given back by then is missing from every later "
-        "reading, though the Hall sensor is on its set point."
+    return captioned(
+        number,
+        figure,
+        window=1e3 * WINDOW_S,
+        worst=bias.worst,
+        first=_text(first.extension_s),
+        last=_text(last.extension_s),
+        left=_text(last.left_um),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from macromicro.design.vibration import DECAYED, Vibration
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.programme import MACRO
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter6 import integrated_runs as integrated
 from macromicro.thesis.chapter6._cycling_figures import cycling
 from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
@@ -56,15 +58,7 @@ def response(runs: IntegratedRuns) -> Drawn:
     finish(axes[0, 1], "(b) zoom", "")
     finish(axes[1, 1], "(d) micro-stage, zoom")
     found = integrated.turns(r, runs.single)
-    return Drawn(
-        "Response of the integrated system",
-        "The test input, one cycle: a decaying square wave for the macro-stage and, after each of "
-        f"its {len(found)} moves, steps of the micro-stage. (b, d) The first move: the macro-stage "
-        f"arrives, {found[0].waited:.3f} s pass (shaded), the laser is reset (dotted) as the "
-        "micro-stage is enabled; the next macro move switches it off.",
-        figure,
-        ("I1",),
-    )
+    return captioned("6.2", figure, moves=len(found), waited=found[0].waited)
 
 
 def _on(ax: Axes) -> dict[str, object]:
@@ -125,16 +119,14 @@ def vibration(runs: IntegratedRuns) -> Drawn:
         finish(ax, title, "macro move")
         ax.margins(x=0.06)
     frequency = f" at {found[0].frequency_hz:.1f} Hz" if found else ""
-    return Drawn(
-        "Vibration after a macro move",
-        f"The belt goes on swinging{frequency} once the carriage stands: (a) until the laser is "
-        "reset, (b) the beginning, after the first move, with the decay fitted to it; green: "
-        f"±{DECAYED:g} um. (c, d) All {len(found)} moves of the test input, both by the fitted "
-        "sine; dashed: the thesis' 20 um and 2 s; green: what counts as reproduced, "
-        f"{integrated.PEAK_UM[0]:g} to {integrated.PEAK_UM[1]:g} um and "
-        f"{integrated.DECAY_S[0]:g} to {integrated.DECAY_S[1]:g} s.",
+    return captioned(
+        "6.3",
         figure,
-        ("I2",),
+        frequency=frequency,
+        decayed=DECAYED,
+        moves=len(found),
+        peak=integrated.PEAK_UM,
+        decay=integrated.DECAY_S,
     )
 
 
@@ -146,14 +138,6 @@ def _envelope(ax: Axes, since: np.ndarray[tuple[int], np.dtype[np.float64]], v: 
     decay = DECAYED * np.exp(v.decay_rate * (v.decay_s - after))
     line(ax, after, decay, RED, "fitted decay", linestyle="--")
     line(ax, after, -decay, RED, "", linestyle="--")
-
-
-def without_fan(runs: IntegratedRuns) -> Drawn:
-    return cycling(runs, runs.warm, "I3")
-
-
-def with_fan(runs: IntegratedRuns) -> Drawn:
-    return cycling(runs, runs.cooled, "I4")
 
 
 def squares(runs: IntegratedRuns) -> Drawn:
@@ -175,13 +159,13 @@ def squares(runs: IntegratedRuns) -> Drawn:
     finish(near, "(b) the last")
     time = integrated.cycle_time(runs)
     both = time.contraction + time.extension
-    return Drawn(
-        "Cycle time of the micro-stage with a fan",
-        f"Squares between {integrated.RANGE_MM[0]:g} and {integrated.RANGE_MM[1]:g} mm. Shaded: "
-        f"until the laser's reading stays within {MICRO_BAND:g} um of the set point; there and "
-        f"back take {both:.2f} s, that is {1.0 / both:.2f} Hz, against the thesis' 2 s and 0.5 Hz.",
+    return captioned(
+        "6.5 (squares)",
         figure,
-        ("I6",),
+        range=integrated.RANGE_MM,
+        band=MICRO_BAND,
+        both=both,
+        rate=1.0 / both,
     )
 
 
@@ -198,8 +182,8 @@ PROCEDURE = Procedure(
     figures={
         "6.2": response,
         "6.3": vibration,
-        "6.4": without_fan,
-        "6.5": with_fan,
+        "6.4": partial(cycling, number="6.4"),
+        "6.5": partial(cycling, number="6.5"),
         "6.5 (squares)": squares,
     },
     diagrams=("6.1",),
