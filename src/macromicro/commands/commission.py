@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.options import PNG, Figures, Overwrite, Port, Rig, Seed, Yes
+from macromicro.commands.options import PNG, Figures, Overwrite, Port, Rig, Seed, Yes, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -105,9 +105,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool, typer.Option("--resume", help="Continue after the last completed step.")
     ] = False,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the results.", show_default=str(OUT))
-    ] = None,
+    out: Annotated[Path | None, folder_option(OUT)] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
 ) -> None:

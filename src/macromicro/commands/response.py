@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from macromicro.commands.group import whole
-from macromicro.commands.options import PNG, Config, Figures, Json, Overwrite, Seed
+from macromicro.commands.options import PNG, Config, Figures, Json, Overwrite, Seed, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -41,10 +41,7 @@ def response(
         int, typer.Option(parser=whole, metavar="N", help="Largest number of frequencies.")
     ] = 60,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results.", show_default="results/response-<config>"),
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/response-<config>")] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
     as_json: Json = False,
