@@ -12,8 +12,7 @@ from macromicro.control.supervisor import MICRO
 from macromicro.drawing.exhibit import Drawn
 from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated, integrated_runs
-from macromicro.thesis.chapter6._cycling_figures import cycling, part
-from macromicro.thesis.chapter6.integrated import PROCEDURE
+from macromicro.thesis.chapter6.integrated import PROCEDURE, cycling, part
 from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
 
 

@@ -14,7 +14,7 @@ from macromicro.identify.hall import HallFit, calibrated
 from macromicro.lab.machine import Machine
 from macromicro.thesis import hall_ramps
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter3._sensor_claims import SENSITIVITY, SPAN
+from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 

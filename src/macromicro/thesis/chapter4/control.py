@@ -2,27 +2,140 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.design import steps
+from macromicro.design.steps import overshoot, rise_time, settling_time, swings
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
 from macromicro.lab.drive import DT
 from macromicro.recording import Recording
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter4 import (
-    _control_claims,
-    _control_runs,
-    _design,
-    _readings,
-    _tuning_figures,
+from macromicro.thesis.chapter4 import _control_runs, _design, _readings
+from macromicro.thesis.chapter4._control_runs import (
+    HOLD,
+    LAWS,
+    TRAVEL,
+    MacroData,
+    Square,
+    counts_per_200_mm,
+    tracking,
 )
-from macromicro.thesis.chapter4._control_runs import HOLD, TRAVEL, MacroData, Square
-from macromicro.thesis.claims import measured_by
+from macromicro.thesis.chapter4._readings import nrmse, sign_changes, sticking
+from macromicro.thesis.claims import (
+    DIFFERS,
+    Claim,
+    NotMeasured,
+    accepts,
+    holds,
+    judged,
+    measured_by,
+    stated,
+    within,
+)
 from macromicro.thesis.procedure import Lab, Procedure
+
+
+def claims(data: MacroData) -> list[Claim]:
+    return judged(
+        [
+            ("M9", lambda: pid(data.steps["pid"])),
+            ("M10", lambda: _initial(data)),
+            (("M11", "M11b"), _design.margins),
+            ("M12", lambda: _design.tuning(data.design)),
+            ("M13", lambda: _tuned(data)),
+            ("M14", lambda: full_move(data.steps["pd-tuned"])),
+            ("M15", lambda: ranking(data.square)),
+            ("M16", lambda: travel(data.travel)),
+        ]
+    )
+
+
+def _initial(data: MacroData) -> Claim:
+    if data.unidentified:
+        raise NotMeasured(data.unidentified)
+    return initial_pd(data.steps["pd-initial"], data.initial_model)
+
+
+def _tuned(data: MacroData) -> Claim:
+    if data.unidentified:
+        raise NotMeasured(data.unidentified)
+    return tuned_pd(data.square)
+
+
+def pid(run: Recording) -> Claim:
+    x, motor = run["macro_position"], run["motor"]
+    rise, stuck, turns = rise_time(x, TRAVEL), sticking(x, motor, TRAVEL, 3.0), sign_changes(motor)
+    swing = {
+        "turns": turns,
+        "seconds": len(x) * DT,
+        "reversals": _reversals(turns),
+        "over": overshoot(x, TRAVEL),
+    }
+    if stuck is None:
+        return stated("M9", rise, DIFFERS, "free", **swing)
+    good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
+    turned = "turns back" if stuck.back else "does not turn back"
+    return stated("M9", rise, holds(good), "stuck", stuck=stuck, turned=turned, **swing)
+
+
+def _reversals(turns: int) -> str:
+    if turns == 1:
+        return "one reversal, no limit cycle as the thesis reports it"
+    return f"{turns} reversals, where the thesis reports a limit cycle"
+
+
+def initial_pd(run: Recording, model: Array) -> Claim:
+    """M10 from the initial PD's step, on the bench and on the initial model."""
+    x = run["macro_position"]
+    over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
+    model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
+    good = accepts("M10", over, float(backs)) and model_over < 1.0 and model_backs == 0
+    return stated("M10", [over, float(backs)], holds(good), over=model_over, backs=model_backs)
+
+
+def tuned_pd(square: Square) -> Claim:
+    x = square.bench["pd-tuned"]
+    error, seen = nrmse(square.simulated, x), tracking(x, square.reference)
+    model = tracking(square.simulated, square.reference)
+    good = accepts("M13", error) and seen.arrived and seen.largest <= 1.0
+    wording = "arrived" if seen.arrived else "missed"
+    return stated("M13", error, holds(good), wording, seen=seen, model=model)
+
+
+def full_move(run: Recording) -> Claim:
+    time = settling_time(run["macro_position"], TRAVEL)
+    if math.isnan(time):
+        return stated("M14", time, DIFFERS, "late", travel=TRAVEL, seconds=len(run) * DT)
+    return stated("M14", time, within("M14", time), "arrived", rate=0.5 / time)
+
+
+def ranking(square: Square) -> Claim:
+    pid_, initial, tuned = (tracking(square.bench[name], square.reference) for name in LAWS)
+    good = tuned.settled <= initial.settled < pid_.settled
+    good = good and tuned.reversals < initial.reversals
+    return stated(
+        "M15",
+        [tuned.settled, initial.settled, pid_.settled],
+        holds(good),
+        tuned=tuned,
+        initial=initial,
+        pid=pid_,
+    )
+
+
+def travel(run: Recording) -> Claim:
+    """M16 from a full-travel move, by encoder and laser; NotMeasured if it is too short."""
+    gone = float(run["macro_position"].max() - run["macro_position"].min())
+    if gone < 0.5 * TRAVEL:
+        raise NotMeasured(f"the carriage moved only {gone:.0f} counts, too few to measure a pitch")
+    counts = counts_per_200_mm(run)
+    return stated("M16", counts, within("M16", counts), pitch=200e3 / counts)
+
 
 DEAD_ZONE = 3.0  # V
 ZOOMED = (0.45, 0.85)  # s after the step, Figure 4.20
@@ -30,7 +143,7 @@ BAND = 0.02  # of the move, M14
 AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
 
 
-def pid(data: MacroData) -> Drawn:
+def draw_pid(data: MacroData) -> Drawn:
     run = data.steps["pid"]
     x, motor = run["macro_position"], run["motor"]
     rows = slice(0, len(run))
@@ -73,7 +186,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def initial_pd(data: MacroData) -> Drawn:
+def draw_initial_pd(data: MacroData) -> Drawn:
     run = data.steps["pd-initial"]
     x, t = run["macro_position"], run["t"]
     figure, axes = new(3.4, 1, 2)
@@ -114,7 +227,7 @@ def _target(ax: Any, square: Square, t: Array, rows: slice) -> None:
     line(ax, t[rows], square.reference[rows], BLACK, "target", linestyle="-.", linewidth=0.9)
 
 
-def tuned_pd(data: MacroData) -> Drawn:
+def draw_tuned_pd(data: MacroData) -> Drawn:
     """Figure 4.24, with the full-travel move in two panels."""
     square, run = data.square, data.steps["pd-tuned"]
     t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
@@ -193,11 +306,11 @@ def collect(lab: Lab) -> MacroData:
 
 
 def _ratios(data: MacroData) -> Drawn:
-    return _tuning_figures.ratios(data.design)
+    return _design.ratios(data.design)
 
 
 def _frequencies(data: MacroData) -> Drawn:
-    return _tuning_figures.frequencies(data.design)
+    return _design.frequencies(data.design)
 
 
 PROCEDURE = Procedure(
@@ -207,16 +320,16 @@ PROCEDURE = Procedure(
     channels=("encoder", "laser"),
     ids=measured_by("macro-control"),
     figures={
-        "4.18": pid,
-        "4.20": initial_pd,
+        "4.18": draw_pid,
+        "4.20": draw_initial_pd,
         "4.22": _ratios,
         "4.23": _frequencies,
-        "4.24": tuned_pd,
+        "4.24": draw_tuned_pd,
         "4.25": comparison,
     },
     diagrams=("4.19", "4.21"),
     seconds=2.5,
     collect=collect,
-    claims=_control_claims.claims,
+    claims=claims,
     arithmetic=_design.margins,
 )
