@@ -39,8 +39,7 @@ def _common(
         typer.Option(metavar="NAME=COLUMN", help="Meaning of a column, such as x=position_mm:mm."),
     ] = None,
     rate: Annotated[
-        str | None,
-        typer.Option(metavar="HZ", help="Rows per second, where no column holds times."),
+        str | None, typer.Option(metavar="HZ", help="Rows per second, where no column holds times.")
     ] = None,
     join: Annotated[
         bool, typer.Option("--join", help="The files are one record, with a clock each.")
@@ -104,8 +103,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         float | None, typer.Option(help="Force per unit of u, such as N/V.", show_default="1")
     ] = None,
     structure: Annotated[
-        str,
-        typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms."),
+        str, typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms.")
     ] = "auto",
     along: Annotated[
         int | None,

@@ -103,12 +103,7 @@ def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
 
 
 def _reproduce(
-    chosen: Sequence[Chosen],
-    lab: Lab,
-    jobs: int,
-    out: Path,
-    as_json: bool,
-    signals: Signals,
+    chosen: Sequence[Chosen], lab: Lab, jobs: int, out: Path, as_json: bool, signals: Signals
 ) -> None:
     from macromicro.thesis import all_procedures
     from macromicro.thesis import reproduce as experiment

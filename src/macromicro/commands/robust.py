@@ -100,11 +100,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
 
 def _robust(
-    request: Request,
-    asked: Ready,
-    how: tuple[tuple[str, ...], bool],
-    out: Path,
-    signals: Signals,
+    request: Request, asked: Ready, how: tuple[tuple[str, ...], bool], out: Path, signals: Signals
 ) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software

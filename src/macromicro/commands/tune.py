@@ -31,8 +31,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     stage: Annotated[
         str | None,
         typer.Argument(
-            help="macro or micro, of the two-stage machine; others need none.",
-            show_default=False,
+            help="macro or micro, of the two-stage machine; others need none.", show_default=False
         ),
     ] = None,
     objective: Annotated[
@@ -48,8 +47,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = 300,
     seed: Seed = 0,
     robust: Annotated[
-        bool,
-        typer.Option("--robust", help="Search on varied machines and judge on fresh ones."),
+        bool, typer.Option("--robust", help="Search on varied machines and judge on fresh ones.")
     ] = False,
     benches: Annotated[
         int | None,

@@ -77,13 +77,7 @@ def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
         ax.plot(1e3 * x, 1e3 * y, color=BLACK, linewidth=0.8, linestyle="--", label=label)
     ax.set_aspect("equal", adjustable="datalim")
     ticks = f"{factor:,.0f}".replace(",", " ")
-    finish(
-        ax,
-        f"Distance from the path, {ticks} times as large",
-        "x [mm]",
-        "y [mm]",
-        legend=True,
-    )
+    finish(ax, f"Distance from the path, {ticks} times as large", "x [mm]", "y [mm]", legend=True)
     return PageFigure(
         "path",
         "The path",

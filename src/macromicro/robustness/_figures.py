@@ -219,10 +219,7 @@ def _scatter(study: Study) -> PageFigure:
     every = study.met(*study.request.requirements)
     stopped = study.column("fault") > 0.0
     figure, axes = style.new(3.9, 1, 2)
-    titles = (
-        f"(a) {requirement.metric.meaning}\n     {requirement.text}",
-        "(b) everything",
-    )
+    titles = (f"(a) {requirement.metric.meaning}\n     {requirement.text}", "(b) everything")
     groups = (
         (
             (met, GREEN, "o", "met"),

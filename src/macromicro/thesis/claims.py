@@ -157,22 +157,8 @@ def stated(
 
 
 def _claim(s: Statement, measured: Number, verdict: str, reason: str) -> Claim:
-    return Claim(
-        s.id,
-        s.section,
-        s.claim,
-        s.printed,
-        measured,
-        s.unit,
-        verdict,
-        reason,
-        s.kind,
-        s.printed_text,
-        s.accept,
-        s.of,
-        s.basis,
-        s.rule,
-    )
+    shared = {name: getattr(s, name) for name in Claim._fields if name in Statement._fields}
+    return Claim(**{**shared, "measured": measured, "verdict": verdict, "reason": reason})
 
 
 def lost(name: str, reason: str) -> Claim:

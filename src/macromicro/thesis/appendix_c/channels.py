@@ -19,8 +19,8 @@ from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 from macromicro.types import SAFE, Command, Outputs, Sample
 from macromicro.units import quantity
 
@@ -174,10 +174,6 @@ def collect(lab: Lab) -> Wiring:
     return Wiring(channels(lab.settings), ways())
 
 
-def claims(data: Wiring) -> list[Claim]:
-    return []
-
-
 def _channels(data: Wiring) -> Drawn:
     rows: list[tuple[str, ...]] = [
         (
@@ -215,18 +211,4 @@ def _times(way: Way) -> str:
     return "" if way.factor == 1.0 else f" * {way.factor:g}"
 
 
-PROCEDURE = Procedure(
-    name="channels",
-    title="Channels of the rig",
-    sections=("3.3", "Appendix C"),
-    channels=(),
-    ids=measured_by("channels"),
-    figures={
-        "Table C.1": _channels,
-        "Table C.2": _signals,
-    },
-    diagrams=("3.1", "3.5"),
-    seconds=0.1,
-    collect=collect,
-    claims=claims,
-)
+PROCEDURE = procedure("channels", {"Table C.1": _channels, "Table C.2": _signals}, collect)

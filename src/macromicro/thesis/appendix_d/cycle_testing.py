@@ -13,17 +13,9 @@ from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, n
 from macromicro.thesis.appendix_d import cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
 from macromicro.thesis.captions import CAPTIONS, captioned
-from macromicro.thesis.claims import (
-    Claim,
-    accepts,
-    band,
-    holds,
-    judged,
-    measured_by,
-    printed,
-    stated,
-)
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, accepts, band, holds, judged, printed, stated
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -142,12 +134,7 @@ def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     grows = grows and settled(total) > float(total[0])
     found = [float(total[0]), settled(total), 1e3 * trend.slope]
     verdict = holds(grows and abs(trend.slope) <= trend.reach)
-    values = {
-        "first": found[0],
-        "late": found[1],
-        "slope": found[2],
-        "reach": 1e3 * trend.reach,
-    }
+    values = {"first": found[0], "late": found[1], "slope": found[2], "reach": 1e3 * trend.reach}
     if not np.isfinite(data.room).all():
         return stated("A6", found, verdict, "no-room", **values)
     room = (data.room.min(), data.room.max())
@@ -261,13 +248,9 @@ def _share(number: str, which: int, data: CycleData) -> Drawn:
     return captioned(number, figure, window=cycle_runs.WINDOW, first=here[0], settled=settled(here))
 
 
-PROCEDURE = Procedure(
-    name="cycle-testing",
-    title="Cycle testing of the actuator",
-    sections=("Appendix D",),
-    channels=("cycle.encoder",),
-    ids=measured_by("cycle-testing"),
-    figures={
+PROCEDURE = procedure(
+    "cycle-testing",
+    {
         "D.9": partial(_time, "D.9", "tau1"),
         "D.10": _rise,
         "D.11": partial(_time, "D.11", "fall"),
@@ -275,8 +258,6 @@ PROCEDURE = Procedure(
         "D.13": partial(_share, "D.13", 0),
         "D.14": partial(_share, "D.14", 1),
     },
-    diagrams=("D.2",),
-    seconds=2.0,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

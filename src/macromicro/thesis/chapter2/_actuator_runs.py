@@ -225,8 +225,7 @@ def collect(bench: Bench) -> Principle:
     pulled = [tested(s, *path((ROOM, 0.0), (t, 0.0), (t, MOST), (t, 0.0))) for t in PULLED_AT]
     both = LIFTED + STAYING
     cycle = tested(
-        s,
-        *path((ROOM, both), (HOT, both), (HOT, STAYING), (ROOM, STAYING), (ROOM, both)),
+        s, *path((ROOM, both), (HOT, both), (HOT, STAYING), (ROOM, STAYING), (ROOM, both))
     )
     return Principle(
         s,

@@ -15,8 +15,8 @@ from macromicro.thesis.chapter2 import _actuator_runs as principle
 from macromicro.thesis.chapter2._actuator_runs import Cycle, Principle
 from macromicro.thesis.chapter2.joule import Filament
 from macromicro.thesis.chapter2.shape_memory import Alloy
-from macromicro.thesis.claims import Claim, measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from macromicro.thesis.chapter2._actuator_runs import Readings
@@ -257,25 +257,8 @@ def collect(lab: Lab) -> Principle:
     return _actuator_runs.collect(lab.settings.bench)
 
 
-def claims(data: Principle) -> list[Claim]:
-    return []
-
-
-PROCEDURE = Procedure(
-    name="actuator-principle",
-    title="Principle of the shape-memory actuator",
-    sections=("2.3", "Appendix A"),
-    channels=(),
-    ids=measured_by("actuator-principle"),
-    figures={
-        "2.8": hysteresis,
-        "2.9": stress_strain,
-        "2.10": work,
-        "(2.1)": heat,
-        "A.1": calorimeter,
-    },
-    diagrams=(),
-    seconds=2.0,
-    collect=collect,
-    claims=claims,
+PROCEDURE = procedure(
+    "actuator-principle",
+    {"2.8": hysteresis, "2.9": stress_strain, "2.10": work, "(2.1)": heat, "A.1": calorimeter},
+    collect,
 )

@@ -14,8 +14,8 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.hysteresis import FodTable, Preisach, from_density
 from macromicro.hysteresis.pictures import staircase
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -208,11 +208,7 @@ def trapezoids(data: Geometry) -> Figure:
         trapezoid(left, q, colour)
         word(left, f"Q{k}", (0.5 * (q.before + q.low), 0.5 * (q.top + 0.5 * (q.before + q.low))))
         left.annotate(
-            f"(M{k}, m{k})",
-            (q.low, q.top),
-            xytext=(6, 5),
-            textcoords="offset points",
-            fontsize=8.5,
+            f"(M{k}, m{k})", (q.low, q.top), xytext=(6, 5), textcoords="offset points", fontsize=8.5
         )
     word(left, "m0", (-1.0, -1.13))
     total, ticks = -EXTENT, []
@@ -258,10 +254,6 @@ def trapezoid(ax: Any, q: Trapezoid, colour: str) -> None:
 
 def collect(lab: Lab) -> Geometry:
     return geometry()
-
-
-def claims(data: Geometry) -> list[Claim]:
-    return []
 
 
 def _plane(number: str, k: int, data: Geometry) -> Drawn:
@@ -312,13 +304,7 @@ def _fod(data: Geometry) -> Drawn:
     finish(ax, "", "input u", "output f", legend=True)
     ax.set_xticks(
         [-1, beta, 0, alpha, 1],
-        [
-            r"$-\beta_0$",
-            rf"$\beta' = {beta:g}$",
-            "0",
-            rf"$\alpha' = {alpha:g}$",
-            r"$\alpha_0$",
-        ],
+        [r"$-\beta_0$", rf"$\beta' = {beta:g}$", "0", rf"$\alpha' = {alpha:g}$", r"$\alpha_0$"],
     )
     return captioned(
         "2.19",
@@ -332,20 +318,13 @@ def _fod(data: Geometry) -> Drawn:
     )
 
 
-PROCEDURE = Procedure(
-    name="preisach-geometry",
-    title="Geometry of the Preisach model",
-    sections=("2.4.1",),
-    channels=(),
-    ids=measured_by("preisach-geometry"),
-    figures={
+PROCEDURE = procedure(
+    "preisach-geometry",
+    {
         **{f"2.{12 + k}": partial(_plane, f"2.{12 + k}", k) for k in range(5)},
         "2.17": _divided,
         "2.18": _difference,
         "2.19": _fod,
     },
-    diagrams=("2.11",),
-    seconds=1.5,
-    collect=collect,
-    claims=claims,
+    collect,
 )

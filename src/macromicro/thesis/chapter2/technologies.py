@@ -9,8 +9,9 @@ from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -151,20 +152,14 @@ def _plot(own: Technology) -> Figure:
     return figure
 
 
-PROCEDURE = Procedure(
-    name="technologies",
-    title="Micro-positioning technologies and their costs",
-    sections=("2.2", "6.4.3"),
-    channels=(),
-    ids=measured_by("technologies"),
-    figures={
+PROCEDURE = procedure(
+    "technologies",
+    {
         "Table 2.1": _compared,
         "Table 6.1": _parts,
         "Table 6.2": _costs,
         "Table 6.2 (plot)": _cost_against_accuracy,
     },
-    diagrams=(),
-    seconds=0.3,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

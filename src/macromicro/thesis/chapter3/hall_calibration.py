@@ -15,8 +15,9 @@ from macromicro.lab.machine import Machine
 from macromicro.thesis import hall_ramps
 from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
-from macromicro.thesis.claims import Claim, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 # Left out at either end, and the length of an end [mm].
 MARGIN, END = 0.05, 0.2
@@ -128,15 +129,4 @@ def draw(data: HallRuns) -> Drawn:
     )
 
 
-PROCEDURE = Procedure(
-    name="hall-calibration",
-    title="Calibration of the Hall sensor",
-    sections=("3.2.3",),
-    channels=("hall", "laser"),
-    ids=measured_by("hall-calibration"),
-    figures={"3.9": draw},
-    diagrams=(),
-    seconds=3.0,
-    collect=collect,
-    claims=claims,
-)
+PROCEDURE = procedure("hall-calibration", {"3.9": draw}, collect, claims)

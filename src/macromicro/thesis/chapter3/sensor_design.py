@@ -14,8 +14,9 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, band, holds, measured_by, printed_list, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, band, holds, printed_list, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -184,10 +185,7 @@ def flux(data: Sheets) -> Drawn:
         at = side * end
         near = np.array([at - 0.6e-3, at + 0.6e-3])
         there = gauss(sensor, np.array([sensor.centre + at]))[0]
-        for rate, colour, name in (
-            (slope, RED, "slope there"),
-            (SLOPE, ORANGE, "5000 G/in"),
-        ):
+        for rate, colour, name in ((slope, RED, "slope there"), (SLOPE, ORANGE, "5000 G/in")):
             label = name if side < 0 else ""
             line(slide, 1e3 * near, there + rate * (near - at), colour, label, linestyle="--")
         slide.axvline(1e3 * at, color="0.5", linewidth=0.8, linestyle=":")
@@ -274,21 +272,15 @@ def _sensors(data: Sheets) -> Drawn:
     )
 
 
-PROCEDURE = Procedure(
-    name="sensor-design",
-    title="Design of the flexure and of the position sensor",
-    sections=("3.2.2", "3.2.3"),
-    channels=(),
-    ids=measured_by("sensor-design"),
-    figures={
+PROCEDURE = procedure(
+    "sensor-design",
+    {
         "3.6": flexure,
         "Table 3.1": _magnets,
         "3.7": flux,
         "Table 3.2": _sensors,
         "Table 3.3": _budget,
     },
-    diagrams=(),
-    seconds=0.5,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

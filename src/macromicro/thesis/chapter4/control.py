@@ -33,11 +33,11 @@ from macromicro.thesis.claims import (
     accepts,
     holds,
     judged,
-    measured_by,
     stated,
     within,
 )
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 
 def claims(data: MacroData) -> list[Claim]:
@@ -313,13 +313,9 @@ def _frequencies(data: MacroData) -> Drawn:
     return _design.frequencies(data.design)
 
 
-PROCEDURE = Procedure(
-    name="macro-control",
-    title="Controllers of the macro-stage",
-    sections=("4.3.1", "4.3.2", "4.3.3", "4.3.4", "6.4.2"),
-    channels=("encoder", "laser"),
-    ids=measured_by("macro-control"),
-    figures={
+PROCEDURE = procedure(
+    "macro-control",
+    {
         "4.18": draw_pid,
         "4.20": draw_initial_pd,
         "4.22": _ratios,
@@ -327,9 +323,7 @@ PROCEDURE = Procedure(
         "4.24": draw_tuned_pd,
         "4.25": comparison,
     },
-    diagrams=("4.19", "4.21"),
-    seconds=2.5,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
     arithmetic=_design.margins,
 )

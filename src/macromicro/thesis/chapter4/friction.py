@@ -17,8 +17,9 @@ from macromicro.recording import Recording
 from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.chapter4._friction_runs import Coulomb
-from macromicro.thesis.claims import Claim, holds, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, holds, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     pass
@@ -179,19 +180,9 @@ def _characteristics(data: FrictionData) -> Drawn:
     return captioned("4.9", figure, width=width, left=5.0 - width)
 
 
-PROCEDURE = Procedure(
-    name="macro-friction",
-    title="Friction of the macro-stage",
-    sections=("4.2.1", "4.2.3"),
-    channels=("encoder",),
-    ids=measured_by("macro-friction"),
-    figures={
-        "4.4": _coulomb,
-        "4.8": _low_voltages,
-        "4.9": _characteristics,
-    },
-    diagrams=("4.3", "4.5", "4.6", "4.7"),
-    seconds=1.5,
-    collect=collect,
-    claims=claims,
+PROCEDURE = procedure(
+    "macro-friction",
+    {"4.4": _coulomb, "4.8": _low_voltages, "4.9": _characteristics},
+    collect,
+    claims,
 )

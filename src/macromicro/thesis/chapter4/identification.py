@@ -19,8 +19,9 @@ from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import _friction_runs, _identification_runs, _validation
 from macromicro.thesis.chapter4._identification_runs import MacroModel
 from macromicro.thesis.chapter4._validation import Case
-from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, holds, judged, printed, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 
 class IdentificationData(NamedTuple):
@@ -161,9 +162,7 @@ def _linear(found: MacroModel) -> list[Claim]:
         stated("M4a", a, pole),
         stated("M4b", b, size, gain=gain),
         stated(
-            "M5",
-            [float(num[0]), float(den[0]), float(den[1])],
-            holds(pole == size == "reproduced"),
+            "M5", [float(num[0]), float(den[0]), float(den[1])], holds(pole == size == "reproduced")
         ),
     ]
 
@@ -177,20 +176,14 @@ def _jump(found: MacroModel) -> list[Claim]:
     ]
 
 
-PROCEDURE = Procedure(
-    name="macro-identification",
-    title="Open-loop models of the macro-stage",
-    sections=("4.1.1", "4.2.2", "4.2.4", "4.2.5"),
-    channels=("encoder",),
-    ids=measured_by("macro-identification"),
-    figures={
+PROCEDURE = procedure(
+    "macro-identification",
+    {
         "4.11": _step,
         "4.13": partial(_responses, False),
         "4.14": _friction_model,
         "4.17": partial(_responses, True),
     },
-    diagrams=("4.2", "4.10", "4.12", "4.15", "4.16"),
-    seconds=1.5,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

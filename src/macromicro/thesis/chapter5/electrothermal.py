@@ -50,12 +50,12 @@ from macromicro.thesis.claims import (
     accepts,
     holds,
     judged,
-    measured_by,
     printed,
     stated,
     within,
 )
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 PRINTED_A = printed("S5b")  # 1/V, (5.5)
 
@@ -411,16 +411,4 @@ def collect(lab: Lab) -> Models | Unfitted:
     return actuator_models.attempted(fod_table([curves]), lab.bench(), lab.seed)
 
 
-PROCEDURE = Procedure(
-    name="electrothermal",
-    title="Electro-thermal model and full actuator model",
-    sections=("5.1", "5.2.2", "5.2.3"),
-    channels=("kiln.thermocouple", "kiln.encoder", "laser", "contract"),
-    ids=measured_by("electrothermal"),
-    figures=FIGURES,
-    diagrams=("5.1", "5.2", "5.12"),
-    seconds=8.0,
-    collect=collect,
-    claims=claims,
-    arithmetic=printed_gain,
-)
+PROCEDURE = procedure("electrothermal", FIGURES, collect, claims, arithmetic=printed_gain)

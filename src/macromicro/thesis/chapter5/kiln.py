@@ -18,8 +18,9 @@ from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
-from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,9 +57,7 @@ def spikes(recording: Recording) -> Spikes:
     shown = recording["thermocouple"]
     smooth = without_spikes(recording["t"], shown)
     seen = Spikes(
-        smooth.spikes,
-        float(smooth.replaced.mean()),
-        float(np.abs(smooth.values - shown).max()),
+        smooth.spikes, float(smooth.replaced.mean()), float(np.abs(smooth.values - shown).max())
     )
     if TRUTH not in recording:
         return seen
@@ -272,13 +271,9 @@ def collect(lab: Lab) -> KilnRuns:
     return identified(kiln_runs.collect(lab.kiln(), lab.seed))
 
 
-PROCEDURE = Procedure(
-    name="kiln",
-    title="Hysteresis in the kiln",
-    sections=("5.2.1", "Appendix D"),
-    channels=("kiln.thermocouple", "kiln.encoder"),
-    ids=measured_by("kiln"),
-    figures={
+PROCEDURE = procedure(
+    "kiln",
+    {
         "5.5": _smoothing,
         "5.6": _loop,
         "5.7": _curves,
@@ -288,8 +283,6 @@ PROCEDURE = Procedure(
         "D.6": _points,
         "D.7": _another,
     },
-    diagrams=("5.4",),
-    seconds=5.0,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

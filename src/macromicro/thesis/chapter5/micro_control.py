@@ -13,13 +13,13 @@ from macromicro.thesis.claims import (
     band,
     holds,
     judged,
-    measured_by,
     reached,
     stated,
     whole,
     within,
 )
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 LASER_NOISE_UM = 2.0
 
@@ -141,13 +141,9 @@ def collect(lab: Lab) -> MicroRuns:
     return micro_runs.collect(lab.settings, lab.seed, lab.runner(), lab.bench())
 
 
-PROCEDURE = Procedure(
-    name="micro-control",
-    title="Control of the micro-stage",
-    sections=("5.2.2", "5.3.1", "5.3.2"),
-    channels=("hall", "laser"),
-    ids=measured_by("micro-control"),
-    figures={
+PROCEDURE = procedure(
+    "micro-control",
+    {
         "5.10 (stop)": _micro_figures.stop,
         "5.19": _micro_figures.effort,
         "5.20": _micro_figures.proportional,
@@ -157,8 +153,6 @@ PROCEDURE = Procedure(
         "5.26": _micro_figures.held_back,
         "5.27": _micro_figures.final,
     },
-    diagrams=("5.18", "5.21", "5.24"),
-    seconds=7.0,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

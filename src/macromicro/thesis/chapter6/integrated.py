@@ -21,8 +21,8 @@ from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.chapter6 import integrated_runs as integrated
 from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
-from macromicro.thesis.claims import measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -347,21 +347,15 @@ def collect(lab: Lab) -> IntegratedRuns:
     return integrated.collect(lab.settings, lab.seed, lab.runner())
 
 
-PROCEDURE = Procedure(
-    name="integrated",
-    title="The integrated system",
-    sections=("6.1", "6.2", "6.3", "6.3.1", "6.4.2"),
-    channels=("encoder", "hall", "laser"),
-    ids=measured_by("integrated"),
-    figures={
+PROCEDURE = procedure(
+    "integrated",
+    {
         "6.2": response,
         "6.3": vibration,
         "6.4": partial(cycling, number="6.4"),
         "6.5": partial(cycling, number="6.5"),
         "6.5 (squares)": squares,
     },
-    diagrams=("6.1",),
-    seconds=3.0,
-    collect=collect,
-    claims=integrated.claims,
+    collect,
+    integrated.claims,
 )

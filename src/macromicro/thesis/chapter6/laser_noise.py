@@ -18,17 +18,9 @@ from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
 from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import _electrothermal_runs
-from macromicro.thesis.claims import (
-    Claim,
-    accepts,
-    band,
-    holds,
-    judged,
-    measured_by,
-    stated,
-    within,
-)
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, accepts, band, holds, judged, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -188,15 +180,4 @@ def _amplitudes(ax: Axes, runs: LaserRuns, rest: list[float]) -> None:
     ax.margins(x=0.04)
 
 
-PROCEDURE = Procedure(
-    name="laser-noise",
-    title="Noise of the laser",
-    sections=("6.4.1", "7"),
-    channels=("laser",),
-    ids=measured_by("laser-noise"),
-    figures={"6.6": draw},
-    diagrams=(),
-    seconds=1.0,
-    collect=collect,
-    claims=claims,
-)
+PROCEDURE = procedure("laser-noise", {"6.6": draw}, collect, claims)
