@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from string import Formatter
 from typing import Any, NamedTuple
 
+from macromicro.drawing.captions import worded
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recording import Recording
 
@@ -129,21 +129,6 @@ def holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
-class _Template(Formatter):
-    """`str.format` that accepts no value without a placeholder."""
-
-    def check_unused_args(
-        self, used_args: set[int | str], args: Sequence[Any], kwargs: Mapping[str, Any]
-    ) -> None:
-        if unused := kwargs.keys() - used_args:
-            raise KeyError(f"no placeholder for: {', '.join(sorted(unused))}")
-
-
-def filled(template: str, /, **values: object) -> str:
-    """A reason or a caption with its values; KeyError for missing and for unused ones."""
-    return _Template().format(template, **values)
-
-
 def stated(
     name: str, measured: Number, verdict: str, wording: str = "", /, **values: object
 ) -> Claim:
@@ -153,7 +138,7 @@ def stated(
     """
     reason = STATEMENTS[name].reason
     text = reason if isinstance(reason, str) else reason[wording]
-    return _claim(STATEMENTS[name], measured, verdict, filled(text, **values))
+    return _claim(STATEMENTS[name], measured, verdict, worded(text, **values))
 
 
 def _claim(s: Statement, measured: Number, verdict: str, reason: str) -> Claim:
