@@ -17,7 +17,7 @@ from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
-from macromicro.thesis.chapter5 import electrothermal, electrothermal_claims, micro_runs
+from macromicro.thesis.chapter5 import electrothermal, micro_runs
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.procedure import Lab
@@ -67,7 +67,7 @@ def body_sensitivity(resistances: tuple[float, ...] = BODIES) -> list[BodyLine]:
         models = electrothermal.collect(Lab(settings))
         fit = np.nan
         if isinstance(models, Models):
-            fit = electrothermal_claims.against_5_6(models.thesis.heating.modes)
+            fit = electrothermal.against_5_6(models.thesis.heating.modes)
         single = integrated_runs.thesis_input(settings)
         warm = on_twin(single.repeated(integrated_runs.CYCLES), settings)
         found = integrated_runs.IntegratedRuns(settings, single, warm, warm, warm)

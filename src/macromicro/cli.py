@@ -25,6 +25,7 @@ from macromicro.commands.options import (
     PNG,
     Calibration,
     Config,
+    Fan,
     Figures,
     Json,
     Law,
@@ -34,6 +35,7 @@ from macromicro.commands.options import (
     Rig,
     Seed,
     Yes,
+    folder_option,
 )
 from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
@@ -123,15 +125,12 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             autocompletion=_examples,
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results.", show_default="results/<programme>"),
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/<programme>")] = None,
     config: Config = None,
     cycles: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Number of repetitions of the programme.")
     ] = 1,
-    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator with a fan.")] = False,
+    fan: Fan = False,
     seed: Seed = 0,
     rig: Rig = "twin",
     port: Port = None,

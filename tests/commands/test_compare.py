@@ -47,9 +47,7 @@ def done(runs: Path) -> subprocess.CompletedProcess[str]:
 def test_figures_and_numbers_are_left(runs: Path, done: subprocess.CompletedProcess[str]) -> None:
     assert done.returncode == 0, done.stderr
     made = {p.name for p in (runs / "out").iterdir()}
-    pictures = {"overlay.png", "overlay.svg", "moves.svg", "columns-1.png"}
-    assert {"compare.json", "overlay.html", *pictures} <= made
-    assert not {p for p in made if p.endswith(".pdf")}
+    assert made == {"compare.json", "overlay.html", "overlay.png", "overlay.svg"}
     told = json.loads((runs / "out" / "compare.json").read_text())
     assert [r["name"] for r in told["recordings"]] == ["nominal", "sticky", "again"]
     assert told["first_difference"][0]["t_s"] < 0.1
@@ -83,7 +81,6 @@ def test_the_table_names_moves_and_differences(done: subprocess.CompletedProcess
         ["sticky", "2", "micro", "1000", "um"], ["again", "2", "micro", "1000", "um"],
     ]  # fmt: skip
     assert "again: equal to nominal in all 27 shared columns, bit for bit" in lines
-    assert any(line.startswith("sticky: macro-stage, 1 move: settling +") for line in lines)
 
 
 def test_the_table_names_the_columns_that_differ(

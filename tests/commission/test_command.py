@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from tests.command import command as macromicro
 
-from macromicro.commands.commission import show_rows
+from macromicro.commands._commissioning import show_rows
 
 ROOT = Path(__file__).parents[2]
 RIG = f"""

@@ -87,5 +87,5 @@ def test_nobody_else_asks_which_machine_it_is_by_its_name() -> None:
         "serve/settings.py",
         "machines/machine.py",
         "export/_units.py",
-        "commands/_commission_both.py",
+        "commands/_commissioning.py",
     }

@@ -108,9 +108,9 @@ def test_a_loop_that_is_not_stable_is_called_so():
     law = loops.law(FINE.controller, f, FINE.timing.period)
     response = sweeping.Response(f, sheets.plant(FINE, f), law, sheets.plant(FINE, f) * law, f)
     good = bode.Found(AXIS, FINE, response, response.plant, 0)
-    assert not any("UNSTABLE" in line for line in bode.lines(good))
+    assert not any("UNSTABLE" in line for line in good.lines())
     wild = response._replace(loop=10.0 * response.loop, law=10.0 * law)
-    said = bode.lines(good._replace(measured=wild))
+    said = good._replace(measured=wild).lines()
     assert all(line.endswith("the closed loop is UNSTABLE") for line in said[:2])
     phase = good._replace(measured=wild).margins[0].phase
     assert -180.0 < phase <= 0.0
@@ -120,4 +120,4 @@ def test_only_what_the_encoder_sees_is_compared(found):
     made = bode.Found(AXIS, FINE, found, sheets.plant(FINE, found.frequency), 0)
     assert made.seen.all()
     blind = made._replace(measured=found._replace(moved=0.0 * found.moved))
-    assert not blind.seen.any() and len(bode.lines(blind)) == len(bode.lines(made)) - 1
+    assert not blind.seen.any() and len(blind.lines()) == len(made.lines()) - 1

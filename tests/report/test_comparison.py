@@ -94,19 +94,11 @@ def test_a_move_that_never_settles_is_said() -> None:
     assert lines[0][3:5] == ("never", "now 0.600 s") and lines[1][3:5] == ("0.500 s", "never")
 
 
-def test_errors_are_compared_by_their_size() -> None:
-    """From -3 to +1 um is 2 um less, whatever the sign."""
-    pair = [[move(0, final_error=-3.0)], [move(0, final_error=1.0)]]
-    done = found(*pair, laser=[[0.0, 1.0], [0.0, 2.0]])
-    assert done.moves[0].difference("final_error", 1) == 4.0
-    assert "size of the final error -2.0 um" in _comparison_words.remarks(done)[1][1]
-
-
-def test_columns_that_never_change_are_not_drawn() -> None:
-    """Nor is the figure of moves, where there are none."""
-    constant = [name for name, _ in comparison_files.draw(found([], []))]
-    assert constant == ["overlay"]
-    assert "moves" in [name for name, _ in comparison_files.draw(found([move(0)], [move(0)]))]
+def test_the_page_has_the_columns_that_vary(tmp_path: Path) -> None:
+    """The main ones, and others unless they are constant."""
+    comparison_files.write(tmp_path / "out", found([], [], laser=[[0.0, 1.0], [0.0, 2.0]]))
+    text = (tmp_path / "out" / comparison_files.PAGE).read_text()
+    assert '"laser"' in text and '"fan"' not in text
 
 
 def test_names_are_all_different() -> None:

@@ -136,7 +136,7 @@ def test_a_claim_that_is_not_listed() -> None:
 def test_a_reason_takes_exactly_its_values() -> None:
     with pytest.raises(KeyError, match="spread"):
         stated("M1", 3.0, REPRODUCED)
-    with pytest.raises(KeyError, match="not in the reason: place, width"):
+    with pytest.raises(KeyError, match="no placeholder for: place, width"):
         stated("M1", 3.0, REPRODUCED, spread=0.25, width=1.0, place=2.0)
     late = stated("M14", 0.7, DIFFERS, "late", travel=2800.0, seconds=6.0)
     assert late.reason == "not within 2 % of 2800 counts after 6 s"

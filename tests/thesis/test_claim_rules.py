@@ -15,10 +15,10 @@ from macromicro.programme import MICRO
 from macromicro.recording import Recording
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
-from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d import cycle_runs, cycle_testing
 from macromicro.thesis.appendix_d.cycle_runs import CycleData
-from macromicro.thesis.chapter4 import _control_claims, _validation
 from macromicro.thesis.chapter4 import _design as macro_design
+from macromicro.thesis.chapter4 import _validation, control
 from macromicro.thesis.chapter6 import laser_noise
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
 
@@ -70,7 +70,7 @@ def test_m10_its_own_simulation_is_silent() -> None:
     assert model.max() - TRAVEL < 1.0
     assert turns_after_arrival(model, TRAVEL) == 0
     chattering = data.steps["pd-initial"]["macro_position"]
-    noisy = _control_claims.initial_pd(data.steps["pd-initial"], chattering)
+    noisy = control.initial_pd(data.steps["pd-initial"], chattering)
     assert noisy.verdict == DIFFERS
 
 
@@ -135,7 +135,7 @@ def test_m13_m15_reversals() -> None:
     assert turns("pd-tuned") == 0
     assert turns("pd-initial") > turns("pd-tuned")
     same = square._replace(bench={**square.bench, "pd-initial": square.bench["pd-tuned"]})
-    assert _control_claims.ranking(same).verdict == DIFFERS
+    assert control.ranking(same).verdict == DIFFERS
 
 
 def test_s7_step_responses() -> None:
@@ -195,6 +195,6 @@ def test_a1_a2_that_go_on_changing_differ() -> None:
     """The first ten cycles alone: their times change by more than 2 %."""
     data = collected("cycle-testing")
     early = data._replace(counts=data.counts[:, : 10 * PERIOD])
-    found = {c.id: c for c in _cycle_claims.claims(early)}
+    found = {c.id: c for c in cycle_testing.claims(early)}
     assert found["A1"].verdict == found["A2"].verdict == DIFFERS
     assert measured("A1").verdict == measured("A2").verdict == REPRODUCED

@@ -13,7 +13,7 @@ from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.thesis import cycle_bench, kiln_bench
 from macromicro.thesis.chapter4 import control
-from macromicro.thesis.chapter5 import _micro_claims, electrothermal, electrothermal_claims
+from macromicro.thesis.chapter5 import electrothermal, micro_control
 from macromicro.thesis.chapter5.actuator_models import Unfitted
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.claims import (
@@ -90,7 +90,7 @@ def test_a_cut_sequence_loses_no_other_claim(rows: int) -> None:
     """S12, S13a and S13b are not measured, with the reason; S3, S4, S11 and S13c are."""
     runs = collected("micro-control")
     cut = _cut(runs.antiwindup, rows)
-    found = {c.id: c for c in _micro_claims.claims(runs._replace(antiwindup=cut))}
+    found = {c.id: c for c in micro_control.claims(runs._replace(antiwindup=cut))}
     assert [n for n, c in found.items() if c.verdict == NOT_MEASURED] == ["S12", "S13a", "S13b"]
     assert "ended after" in found["S12"].reason
 
@@ -120,7 +120,7 @@ def test_arithmetic_survives_its_procedure() -> None:
 def test_steps_that_fit_no_model_still_cool() -> None:
     """S8 takes the table and one record; what is lost says why."""
     models = collected("electrothermal")
-    found = electrothermal_claims.claims(Unfitted(models.table, models.data, "too hot"))
+    found = electrothermal.claims(Unfitted(models.table, models.data, "too hot"))
     assert [c.id for c in found] == list(electrothermal.PROCEDURE.ids)
     good = {c.id for c in found if c.verdict != NOT_MEASURED}
     assert good == {"S8", "S9"}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands.group import whole
-from macromicro.commands.options import PNG, Figures, Json, Overwrite, Rig, Seed, Yes
+from macromicro.commands.options import PNG, Figures, Json, Overwrite, Rig, Seed, Yes, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -82,9 +82,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig: Rig = "twin",
     yes: Yes = False,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the results.", show_default=str(OUT))
-    ] = None,
+    out: Annotated[Path | None, folder_option(OUT)] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
     as_json: Json = False,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from macromicro.commands.options import Calibration, Loop, Overwrite, Port, Rig, Seed
+from macromicro.commands.options import Calibration, Loop, Overwrite, Port, Rig, Seed, folder_option
 from macromicro.commands.signals import Signals
 
 
@@ -38,10 +38,7 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = None,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the recordings.", show_default="results/<experiment>"),
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/<experiment>", "the recordings")] = None,
     overwrite: Overwrite = False,
     listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
 ) -> None:

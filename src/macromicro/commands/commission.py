@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.options import PNG, Figures, Overwrite, Port, Rig, Seed, Yes
-from macromicro.commands.signals import Signals
+from macromicro.commands.options import PNG, Figures, Overwrite, Port, Rig, Seed, Yes, folder_option
 
 if TYPE_CHECKING:
     from macromicro.commission.procedure import Options
-    from macromicro.commission.running import Commissioned, Place
+    from macromicro.commission.running import Place
 
 OUT = Path("results/commission")
 SPEED, TRAVEL = "0.5 m/s", "500 mm"
@@ -105,9 +102,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool, typer.Option("--resume", help="Continue after the last completed step.")
     ] = False,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the results.", show_default=str(OUT))
-    ] = None,
+    out: Annotated[Path | None, folder_option(OUT)] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
 ) -> None:
@@ -117,12 +112,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig it also asks. Completed steps are kept: after Ctrl-C, --resume continues. The result is a
     page with all figures and warnings, and a machine.toml for run, tune and robust.
     """
-    from datetime import datetime
-
-    from macromicro.commands import _commission_both, _commission_plane
-    from macromicro.commands.asking import stepwise
-    from macromicro.commission import report
-    from macromicro.commission.running import commission as perform
+    from macromicro.commands import _commissioning
     from macromicro.drawing.files import formats
     from macromicro.errors import ProblemError
     from macromicro.rig.board.named import joined
@@ -131,104 +121,39 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     rig = joined(rig, port, None, None)
     kinds = formats(figures)
-    _one_of(overwrite, resume)
-    if kind == _commission_both.KIND:
-        _pictured(kinds, figures)
-        _only(pitch, effort, lowest, speed, creep, travel, low, high, ends)
-        asked = _commission_both.Asked(
-            config,
-            rig,
-            kiln,
-            seed,
-            _folder(out, overwrite, resume),
-            overwrite,
-            resume,
-            yes,
-        )
-        _commission_both.commission(asked)
-        return
-    if kiln:
-        raise ProblemError("--kiln", f"only with --kind {_commission_both.KIND}")
-    keys.seed(seed, "--seed")
-    given = (effort, speed, creep, travel, low, high)
-    if _in_step(config, rig, (pitch, kind, lowest)):
-        assert config is not None
-        if ends:
-            raise ProblemError("--ends", "both axes of this machine are straight")
-        both = _commission_plane.Asked(
-            config,
-            rig,
-            seed,
-            _folder(out, overwrite, resume),
-            overwrite,
-            resume,
-            yes,
-            kinds,
-        )
-        _commission_plane.commission(both, lambda each: _options(each, given))
-        return
-    place = _endless(_place(config, rig, (pitch, kind, lowest), seed), ends)
-    options = _options(place, given)
-    names, replace = report.names(place.kind), overwrite or resume
-    out = _folder(out, overwrite, resume)
-    folder.check(out, report.BYTES, overwrite=replace, names=names)
-    with Signals() as signals, folder.held(out, overwrite=replace, names=names):
-        if overwrite:
-            for name in names:
-                (out / name).unlink(missing_ok=True)
-        started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-        signals.later("stopping after this period; --resume repeats this step")
-
-        try:
-            found = perform(
-                place,
-                options,
-                out,
-                seed=seed,
-                ask=stepwise(rig, yes=yes or not place.real),
-                done=lambda title: print(f"{title}: done", file=sys.stderr),
-                ended=lambda: bool(signals.received),
-            )
-        except KeyboardInterrupt:
-            print(f"macromicro: interrupted; to continue: --resume --out {out}", file=sys.stderr)
-            raise typer.Exit(signals.status) from None
-        report.write(out, found, place, started, kinds)
-    _show(found, place, out)
-    if not found.verified.met:
-        print(f"macromicro: not verified: {report.why(found)}", file=sys.stderr)
-        raise typer.Exit(1)
-
-
-def _folder(out: Path | None, overwrite: bool, resume: bool) -> Path:
-    from macromicro.runs import folder
-
-    return folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
-
-
-def _one_of(overwrite: bool, resume: bool) -> None:
-    from macromicro.errors import ProblemError
-
     if overwrite and resume:
         raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
+    keys.seed(seed, "--seed")
+    own, given = (pitch, kind, lowest), (effort, speed, creep, travel, low, high)
+    out = folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
+    if kind == _commissioning.KIND:
+        _refuse_single(kinds, figures, (pitch, lowest, *given, ends))
+        task = _commissioning.two_stages(config, rig, kiln, out, seed)
+    elif kiln:
+        raise ProblemError("--kiln", f"only with --kind {_commissioning.KIND}")
+    elif pair := _pair(config, rig, own):
+        if ends:
+            raise ProblemError("--ends", "both axes of this machine are straight")
+        task = _commissioning.two_axes(
+            pair, rig, lambda each: _options(each, given), out, seed, kinds
+        )
+    else:
+        place = _endless(_place(config, rig, own, seed), ends)
+        task = _commissioning.one_stage(place, _options(place, given), out, seed, kinds)
+    _commissioning.run(task, out, rig, overwrite=overwrite, resume=resume, yes=yes)
 
 
-def _pictured(kinds: tuple[str, ...], figures: str) -> None:
-    from macromicro.commands._commission_both import KIND
-    from macromicro.errors import InputError
+def _refuse_single(kinds: tuple[str, ...], figures: str, given: tuple[str, ...]) -> None:
+    """Refuse options of a single stage with both stages of the two-stage machine."""
+    from macromicro.commands._commissioning import KIND
+    from macromicro.errors import InputError, ProblemError
 
     if kinds != (PNG,):
-        accepted = f"{PNG} with --kind {KIND}"
-        raise InputError("--figures", figures, accepted)
-
-
-def _only(*given: str) -> None:
-    """Refuse options that make no sense for both stages."""
-    from macromicro.errors import ProblemError
-
-    names = ("pitch", "effort", "lowest", "speed", "creep", "travel", "from", "to", "ends")
+        raise InputError("--figures", figures, f"{PNG} with --kind {KIND}")
+    names = ("pitch", "lowest", "effort", "speed", "creep", "travel", "from", "to", "ends")
     for name, value in zip(names, given, strict=True):
         if value:
-            raise ProblemError(f"--{name}", "not allowed with --kind two_stage")
+            raise ProblemError(f"--{name}", f"not allowed with --kind {KIND}")
 
 
 def _of_two_axes(config: Path) -> bool:
@@ -238,16 +163,17 @@ def _of_two_axes(config: Path) -> bool:
     return chosen(config).name == JOINT
 
 
-def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
-    """Whether a machine of two axes is commissioned, simulated or on two rigs."""
+def _pair(config: Path | None, rig: str, own: tuple[str, str, str]) -> Path | None:
+    """The file of a machine of two axes, simulated or on two rigs; None for a single stage."""
     from macromicro.errors import InputError, ProblemError
     from macromicro.machines.on_rig import several
     from macromicro.rig.opening import TWIN
 
     if rig == TWIN:
-        return config is not None and not any(own) and _of_two_axes(config)
+        simulated = config is not None and not any(own) and _of_two_axes(config)
+        return config if simulated else None
     if not several(rig):
-        return False
+        return None
     if config is None or not _of_two_axes(config):
         accepted = "a file of the machine xy, with pitch, period and drive of each axis"
         raise InputError("--config", str(config or "missing"), accepted)
@@ -256,7 +182,7 @@ def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
             raise ProblemError(
                 name, "not allowed with two axes", "Set it for each axis in the file."
             )
-    return True
+    return config
 
 
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
@@ -328,25 +254,3 @@ def _endless(place: Place, ends: str) -> Place:
     if not place.kind.place.turns:
         raise ProblemError("--ends", "only with a rotary kind, such as --kind rotary")
     return place._replace(endless=ends == NONE)
-
-
-def show_rows(rows: Iterable[tuple[str, ...]]) -> None:
-    """Print the results: quantity, value with its unit, and interval or remark."""
-    found = list(rows)
-    width = max((len(row[0]) for row in found), default=0)
-    for name, value, remark, unit in found:
-        print(f"{name:{width}} {value:>12} {unit:10} {remark}".rstrip())
-
-
-def _show(found: Commissioned, place: Place, out: Path) -> None:
-    from macromicro.commission import report
-    from macromicro.machines.results import arrived
-
-    show_rows(report.rows(found, place))
-    for doubt in report.doubts(found, place):
-        print(f"doubtful: {doubt}")
-    there = arrived(found.verified.moves)
-    print(f"verification: {there} of {found.verified.asked} moves arrived")
-    print(f"page: {out / report.PAGE}\nmachine: {out / report.MACHINE}")
-    if found.verified.met:
-        print(f"with a reference: macromicro calibrate --config {out / report.MACHINE}")

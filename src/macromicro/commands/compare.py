@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from macromicro.commands.options import PNG, Figures, Json, Overwrite
+from macromicro.commands.options import PNG, Figures, Json, Overwrite, folder_option
 from macromicro.commands.signals import Signals
 
 OUT = Path("results/compare")
@@ -22,9 +22,7 @@ def compare(
             show_default=False,
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for figures and numbers.", show_default=str(OUT))
-    ] = None,
+    out: Annotated[Path | None, folder_option(OUT, "figures and numbers")] = None,
     figures: Figures = PNG,
     as_json: Json = False,
     overwrite: Overwrite = False,

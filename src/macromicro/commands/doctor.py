@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     rig: Rig = "twin",
     look: Annotated[
-        bool,
-        typer.Option("--open", help="Only open and read the rig, with its outputs safe."),
+        bool, typer.Option("--open", help="Only open and read the rig, with its outputs safe.")
     ] = False,
     move: Annotated[
         str | None,
@@ -58,8 +57,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         typer.Option(metavar="DIR", help="Folder for recordings.", show_default=str(FOLDER)),
     ] = None,
     state: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Position file.", show_default="as of serve"),
+        Path | None, typer.Option(metavar="FILE", help="Position file.", show_default="as of serve")
     ] = None,
     port: Annotated[
         list[str] | None,

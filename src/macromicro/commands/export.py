@@ -32,8 +32,7 @@ What = Annotated[
     ),
 ]
 Config = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Settings whose values are written."),
+    Path | None, typer.Option(metavar="FILE", help="Settings whose values are written.")
 ]
 For = Annotated[
     str | None,
@@ -94,10 +93,7 @@ def c(
     wanted = building.systems(systems)
     written = files.written(catalogue.unit(what, config), single)
     name = written.name
-    texts = {
-        f"{name}.h": written.header,
-        f"{name}.c": written.code,
-    }
+    texts = {f"{name}.h": written.header, f"{name}.c": written.code}
     content = {file: text.encode() for file, text in texts.items()}
     content["README.md"] = written.readme().encode()
     if wanted:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from macromicro.commands.group import Group
+from macromicro.commands.options import Json, Overwrite
 from macromicro.commands.signals import Signals
 from macromicro.commands.streams import warned
 
@@ -25,24 +28,62 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-Files = Annotated[list[str], typer.Argument(metavar="FILE", help="One file or several.")]
-Columns = Annotated[
-    list[str] | None,
-    typer.Option(metavar="NAME=COLUMN", help="Meaning of a column, such as x=position_mm:mm."),
-]
-Rate = Annotated[
-    str | None, typer.Option(metavar="HZ", help="Rows per second, where no column holds times.")
-]
-Join = Annotated[bool, typer.Option("--join", help="The files are one record, with a clock each.")]
-Out = Annotated[Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results in that folder.")]
-Test = Annotated[
-    list[str] | None,
-    typer.Option(help="Validation data that is not fitted: one record or several."),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 NEEDED = 20_000_000
 CUT_SHORT = "interrupted: the search had not ended; values are the best so far, errors are theirs"
+
+
+def _common(
+    files: Annotated[list[str], typer.Argument(metavar="FILE", help="One file or several.")],
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=COLUMN", help="Meaning of a column, such as x=position_mm:mm."),
+    ] = None,
+    rate: Annotated[
+        str | None, typer.Option(metavar="HZ", help="Rows per second, where no column holds times.")
+    ] = None,
+    join: Annotated[
+        bool, typer.Option("--join", help="The files are one record, with a clock each.")
+    ] = False,
+    test: Annotated[
+        list[str] | None,
+        typer.Option(help="Validation data that is not fitted: one record or several."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")
+    ] = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """The options of every kind; only kinds with times have a rate, some join files."""
+
+
+def _kind(*, timed: bool = False, join: bool = False) -> Callable[[Callable[..., None]], None]:
+    """Add the command of a kind of model.
+
+    The decorated function declares the options of the kind alone, under the names that its search
+    gives them, and says beforehand what takes long. The options of every kind stand around them.
+    """
+
+    def add(declared: Callable[..., None]) -> None:
+        shared = dict(inspect.signature(_common, eval_str=True).parameters)
+        own = inspect.signature(declared, eval_str=True).parameters
+        if not timed:
+            del shared["rate"]
+        if not join:
+            del shared["join"]
+        last = [shared.pop(name) for name in ("test", "out", "overwrite", "as_json")]
+
+        def command(**given: Any) -> None:
+            options = {name: given.pop(name) for name in own}
+            declared(**options)
+            _identify(declared.__name__, options, given)
+
+        command.__doc__ = declared.__doc__
+        every = [*shared.values(), *own.values(), *last]
+        command.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
+        app.command(declared.__name__)(command)
+
+    return add
 
 
 def _number(text: str) -> float | str:
@@ -52,22 +93,17 @@ def _number(text: str) -> float | str:
         return text
 
 
-def _whole(text: str | None) -> int | str | None:
-    return int(text) if text is not None and text.lstrip("+-").isdecimal() else text
+def _whole(text: str) -> int | str:
+    return int(text) if text.lstrip("+-").isdecimal() else text
 
 
-@app.command()
+@_kind(timed=True, join=True)
 def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
-    rate: Rate = None,
-    join: Join = False,
     gain: Annotated[
         float | None, typer.Option(help="Force per unit of u, such as N/V.", show_default="1")
     ] = None,
     structure: Annotated[
-        str,
-        typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms."),
+        str, typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms.")
     ] = "auto",
     along: Annotated[
         int | None,
@@ -79,6 +115,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     delay: Annotated[
         str | None,
         typer.Option(
+            parser=_whole,
             metavar="<int>|fit",
             help="Delay of u in samples, or fit: identified with the parameters.",
             show_default="0",
@@ -110,57 +147,25 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
             ),
         ),
     ] = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """Mass and friction of an axis (columns t, u, x, or v: a speed)."""
-    options = {
-        "gain": gain,
-        "structure": structure,
-        "along": along,
-        "limit": limit,
-        "delay": _whole(delay),
-        "tests": tuple(test or ()),
-        "spring": spring,
-        "dead_zone": dead_zone,
-        "eccentric": eccentric,
-        "endless": endless,
-        "free": free,
-    }
-    _identify(
-        "drive", options, files, _timed(columns, rate), out, overwrite, as_json, machine, join
-    )
 
 
-@app.command()
+@_kind(timed=True)
 def carriage(
-    files: Files,
-    columns: Columns = None,
-    rate: Rate = None,
     pitch: Annotated[
         str | None, typer.Option(help="Travel per count, such as 71.4um.", show_default="by y")
     ] = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """Model for the law `terminal` (columns t, u, x; y, a laser).
 
     The record consists of strokes, with x in counts.
     """
     print("identifying the carriage: about a minute", file=sys.stderr)
-    options = {"pitch": pitch, "tests": tuple(test or ())}
-    _identify("carriage", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
-@app.command()
-def actuator(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
-    rate: Rate = None,
+@_kind(timed=True)
+def actuator(
     table: Annotated[
         Path | None, typer.Option(metavar="FILE", help="table.h5 of `identify hysteresis`.")
     ] = None,
@@ -173,10 +178,6 @@ def actuator(  # noqa: PLR0913, PLR0917 -- one parameter per option
             help="Without --table: temperature of half contraction [degC].", show_default="80"
         ),
     ] = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """An actuator from heatings (columns t, u, x; y, c).
 
@@ -184,21 +185,10 @@ def actuator(  # noqa: PLR0913, PLR0917 -- one parameter per option
     """
     about = "a minute or two" if table is None else "half a minute"
     print(f"identifying the actuator: about {about}", file=sys.stderr)
-    options = {
-        "table": table,
-        "ambient": ambient,
-        "austenite": austenite,
-        "tests": tuple(test or ()),
-    }
-    _identify("actuator", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
-@app.command()
-def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
-    rate: Rate = None,
-    join: Join = False,
+@_kind(timed=True, join=True)
+def linear(
     method: Annotated[
         str, typer.Option(help="output_error, box_jenkins, mls, sriv, gls or least_squares.")
     ] = "output_error",
@@ -211,30 +201,14 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
         float | None,
         typer.Option(help="Constant of the output, in its unit.", show_default="found"),
     ] = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """A discrete linear model (columns t, u and y, or x).
 
     A position x is differentiated."""
-    options = {
-        "method": method,
-        "order": order,
-        "start": start,
-        "width": width,
-        "offset": offset,
-        "tests": tuple(test or ()),
-    }
-    _identify("linear", options, files, _timed(columns, rate), out, overwrite, as_json, join=join)
 
 
-@app.command()
-def deadzone(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
-    rate: Rate = None,
+@_kind(timed=True)
+def deadzone(
     travel: Annotated[
         tuple[float, float] | None, typer.Option(help="Range of x over which motion counts.")
     ] = None,
@@ -245,35 +219,24 @@ def deadzone(  # noqa: PLR0913, PLR0917 -- one parameter per option
     width: Annotated[
         float | None, typer.Option(help="Dead zone for these [V].", show_default="the one found")
     ] = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """Lowest voltages with steady motion (columns t, u, x).
 
     They come from runs at constant voltages.
     """
-    options = {
-        "travel": travel,
-        "pause": pause,
-        "gain": gain,
-        "width": width,
-        "tests": tuple(test or ()),
-    }
-    _identify("deadzone", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
-@app.command()
-def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
+@_kind()
+def hysteresis(
     curves: Annotated[str, typer.Option(help="auto, ascending or descending.")] = "auto",
     shape: Annotated[
         str, typer.Option(help="Relay density: free, monotone or nonnegative.")
     ] = "monotone",
     smooth: Annotated[
-        str, typer.Option(help="Smoothing length [grid steps]; auto: by cross-validation.")
+        str,
+        typer.Option(
+            parser=_number, help="Smoothing length [grid steps]; auto: by cross-validation."
+        ),
     ] = "1",
     between: Annotated[
         str,
@@ -288,48 +251,24 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
         bool,
         typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
     ] = False,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """A Preisach table from first-order curves (columns u, f).
 
     The curves are separated by a column curve, or lie along time t. FILE may be a table.h5 or
     table.csv of this command: it predicts the files of --test.
     """
-    options = {
-        "curves": curves,
-        "shape": shape,
-        "smooth": _number(smooth),
-        "between": between,
-        "tests": tuple(test or ()),
-        "drift": drift,
-    }
-    _identify("hysteresis", options, files, columns, out, overwrite, as_json)
 
 
-@app.command()
-def stress(
-    files: Files,
-    columns: Columns = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
-) -> None:
+@_kind()
+def stress() -> None:
     """Transformation temperatures by load (columns T, x, load).
 
     They come from cycles at several loads.
     """
-    _identify("stress", {"tests": tuple(test or ())}, files, columns, out, overwrite, as_json)
 
 
-@app.command()
-def thermal(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
-    rate: Rate = None,
+@_kind(timed=True)
+def thermal(
     table: Annotated[
         Path | None,
         typer.Option(help=("table.h5 of `identify hysteresis`, to infer heat from positions.")),
@@ -341,65 +280,39 @@ def thermal(  # noqa: PLR0913, PLR0917 -- one parameter per option
     step: Annotated[
         float | None, typer.Option(help="Voltage of the step for the dynamics [V].")
     ] = None,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """Gain and dynamics of heating (columns t, u, T or x).
 
     They come from steps. A column x needs --table.
     """
-    options = {"table": table, "ambient": ambient, "step": step, "tests": tuple(test or ())}
-    _identify("thermal", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
-@app.command()
-def hall(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    files: Files,
-    columns: Columns = None,
+@_kind()
+def hall(
     low: Annotated[float, typer.Option(help="First voltage of the table.")] = 0.0,
     high: Annotated[float, typer.Option(help="Last voltage of the table.")] = 5.0,
     points: Annotated[int, typer.Option(help="Number of voltages in the table.")] = 126,
     method: Annotated[str, typer.Option(help="mean or spline.")] = "mean",
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """A position sensor's table (columns v, x).
 
     It comes from slow sweeps in both directions.
     """
-    table = {"low": low, "high": high, "points": points, "method": method}
-    options = table | {"tests": tuple(test or ())}
-    _identify("hall", options, files, columns, out, overwrite, as_json)
 
 
-@app.command()
+@_kind()
 def plays(
-    files: Files,
-    columns: Columns = None,
-    count: Annotated[
-        int,
-        typer.Option(
-            "--plays", help=("Number of play operators, including the one without a threshold.")
-        ),
+    plays: Annotated[
+        int, typer.Option(help="Number of play operators, including the one without a threshold.")
     ] = 16,
     rate: Annotated[
         bool, typer.Option("--rate", help="The loop depends on the rate (column t).")
     ] = False,
-    test: Test = None,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    as_json: AsJson = False,
 ) -> None:
     """Play operators of a loop, such as a piezo's (columns u, f).
 
     The loop is measured over time and must not saturate.
     """
-    options = {"plays": count, "tests": tuple(test or ()), "rate": rate}
-    _identify("plays", options, files, columns, out, overwrite, as_json)
 
 
 def _timed(columns: list[str] | None, rate: str | None) -> list[str]:
@@ -416,25 +329,19 @@ def _timed(columns: list[str] | None, rate: str | None) -> list[str]:
     return [*(columns or []), f"t={text}"]
 
 
-def _identify(
-    kind: str,
-    options: dict[str, Any],
-    files: list[str],
-    columns: list[str] | None,
-    out: Path | None,
-    overwrite: bool,
-    as_json: bool,
-    machine: Path | None = None,
-    join: bool = False,
-) -> None:
-    """Read, identify, print, and write to `out` if given: all of it or nothing."""
+def _identify(kind: str, options: dict[str, Any], given: dict[str, Any]) -> None:
+    """Read, identify, print, and write to `--out` if given: all of it or nothing."""
     from macromicro.errors import ProblemError
     from macromicro.identify.picking import picking
     from macromicro.identify.result import NAMES
     from macromicro.runs import folder
     from macromicro.runs.folder import held
 
-    what = picking(files, columns or [])._replace(join=join)
+    machine = options.pop("machine", None)
+    options["tests"] = tuple(given["test"] or ())
+    columns = _timed(given["columns"], given.get("rate"))
+    what = picking(given["files"], columns)._replace(join=given.get("join", False))
+    out, overwrite, as_json = given["out"], given["overwrite"], given["as_json"]
     if out is None:
         if overwrite:
             raise ProblemError("--overwrite", "only with --out")

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands.group import tell, whole
-from macromicro.commands.options import PNG, Config, Figures, Law, Overwrite, Rig, Seed, Yes
+from macromicro.commands.options import (
+    PNG,
+    Config,
+    Figures,
+    Law,
+    Overwrite,
+    Rig,
+    Seed,
+    Yes,
+    folder_option,
+)
 from macromicro.commands.signals import Signals
 from macromicro.schema.text import write_text
 
@@ -28,9 +38,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
         Path, typer.Argument(metavar="PROGRAMME.csv", help="Targets of the micro-stage over time.")
     ],
     repeats: Annotated[int, typer.Option(parser=whole, metavar="N", help="Number of runs.")] = 10,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the results.", show_default="results/learn")
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/learn")] = None,
     config: Config = None,
     seed: Seed = 0,
     rig: Rig = "twin",

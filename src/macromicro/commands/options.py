@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Option
 
 from macromicro.commands.group import whole
 
 PNG = "png"
+
+
+def folder_option(default: object, what: str = "the results") -> Any:
+    """The option ``--out`` of a command that writes a folder."""
+    return Option("--out", help=f"Folder for {what}.", show_default=str(default))
+
+
 Figures = Annotated[
     str,
     Option(
@@ -19,6 +26,17 @@ Figures = Annotated[
     ),
 ]
 Json = Annotated[bool, Option("--json", help="Print only the results, as JSON.")]
+Fan = Annotated[bool, Option("--fan", help="Cool the actuator with a fan.")]
+Workers = Annotated[
+    int | None,
+    Option(
+        "--workers",
+        parser=whole,
+        metavar="N",
+        help="Number of threads or processes.",
+        show_default="one for each core",
+    ),
+]
 Overwrite = Annotated[bool, Option("--overwrite", help="Replace earlier results.")]
 Seed = Annotated[
     int, Option("--seed", parser=whole, metavar="N", help="Seed of noise, draws and searches.")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro import portable
-from macromicro.commands.options import PNG, Figures, Json, Overwrite, Seed
+from macromicro.commands.options import PNG, Figures, Json, Overwrite, Seed, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -37,10 +37,7 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default=False,
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for page, figures and tables.", show_default=str(OUT)),
-    ] = None,
+    out: Annotated[Path | None, folder_option(OUT, "page, figures and tables")] = None,
     as_json: Json = False,
     jobs: Annotated[
         int | None,
@@ -106,12 +103,7 @@ def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
 
 
 def _reproduce(
-    chosen: Sequence[Chosen],
-    lab: Lab,
-    jobs: int,
-    out: Path,
-    as_json: bool,
-    signals: Signals,
+    chosen: Sequence[Chosen], lab: Lab, jobs: int, out: Path, as_json: bool, signals: Signals
 ) -> None:
     from macromicro.thesis import all_procedures
     from macromicro.thesis import reproduce as experiment

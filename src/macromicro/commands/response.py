@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from macromicro.commands.group import whole
-from macromicro.commands.options import PNG, Config, Figures, Json, Overwrite, Seed
+from macromicro.commands.options import PNG, Config, Figures, Json, Overwrite, Seed, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from macromicro.machines.machine import Machine
-    from macromicro.report.bode import Found
+    from macromicro.report.bode import Shown
 
 LOW, HIGH = 0.005, 0.3  # of the loop's frequency
 
@@ -41,10 +43,7 @@ def response(
         int, typer.Option(parser=whole, metavar="N", help="Largest number of frequencies.")
     ] = 60,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results.", show_default="results/response-<config>"),
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/response-<config>")] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
     as_json: Json = False,
@@ -56,10 +55,8 @@ def response(
     limits (docs/machines.md). Two axes are measured one after the other. The two-stage machine's
     macro-stage gets the linear model (4.4) only.
     """
-    from macromicro.commands import machine_run
     from macromicro.drawing.files import formats
-    from macromicro.errors import ProblemError
-    from macromicro.machines.compositions import UNNAMED, each
+    from macromicro.machines.compositions import UNNAMED
     from macromicro.report import bode
     from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
@@ -68,33 +65,21 @@ def response(
     kinds, asked = formats(figures), Asked(low, high, count, seed)
     keys.seed(seed, "--seed")
     keys.whole(count, 2, 10_000, "--count")
-    place = folder.chosen(
-        out, Path("results") / f"response-{config.stem if config else UNNAMED}", overwrite=overwrite
-    )
-    if config is None or machine_run.is_two_stage(config):
-        _two_stage(config, asked, place, kinds, overwrite=overwrite, as_json=as_json)
-        return
-    stages = each(config)
-    for _, machine, _ in stages:
-        if machine.model is None:
-            raise ProblemError(
-                "--config",
-                f"the machine {machine.name} has no linear model",
-                "Choose a machine that has one, such as axis.",
-            )
-    folders = [place / name for name, _, _ in stages]
-    for one in folders:
-        folder.check(one, 2_000_000, overwrite=overwrite, names=bode.FILES)
+    usual = Path("results") / f"response-{config.stem if config else UNNAMED}"
+    place = folder.chosen(out, usual, overwrite=overwrite)
+    stages = _stages(config, asked)
+    for name in stages:
+        folder.check(place / name, 2_000_000, overwrite=overwrite, names=bode.FILES)
     told = {}
     with Signals() as signals:
-        for one, (name, machine, settings) in zip(folders, stages, strict=True):
-            with folder.held(one, overwrite=overwrite, names=bode.FILES):
-                found = _measured(name, machine, settings, asked)
+        for name, measure in stages.items():
+            with folder.held(place / name, overwrite=overwrite, names=bode.FILES):
+                found = measure()
                 signals.later()
-                bode.write(one, found, kinds)
-            told[name] = bode.content(found)
+                bode.write(place / name, found, kinds)
+            told[name] = found.content()
             if not as_json:
-                print(*([f"axis {name}:"] if name else []), *bode.lines(found), sep="\n")
+                print(*([f"axis {name}:"] if name else []), *found.lines(), sep="\n")
             if signals.received:
                 raise typer.Exit(signals.status)
     if as_json:
@@ -103,32 +88,33 @@ def response(
     print(f"results: {place}")
 
 
-def _two_stage(
-    config: Path | None,
-    asked: Asked,
-    place: Path,
-    kinds: tuple[str, ...],
-    *,
-    overwrite: bool,
-    as_json: bool,
-) -> None:
-    from macromicro.report import bode, macro_bode
-    from macromicro.report.run import as_json as to_json
-    from macromicro.runs import folder
+def _stages(config: Path | None, asked: Asked) -> dict[str, Callable[[], Shown]]:
+    """What measures each stage of a machine, by its name; of the two-stage one its model."""
+    from macromicro.commands import machine_run
+    from macromicro.errors import ProblemError
+    from macromicro.machines.compositions import each
+    from macromicro.report import macro_bode
     from macromicro.settings import Settings, chosen
 
-    settings = chosen(Settings(), config, None)
-    found = macro_bode.found(settings, asked.low, asked.high, asked.number)
-    folder.check(place, 2_000_000, overwrite=overwrite, names=bode.FILES)
-    with folder.held(place, overwrite=overwrite, names=bode.FILES):
-        macro_bode.write(place, found, kinds)
-    if as_json:
-        print(to_json(macro_bode.content(found)), end="")
-        return
-    print(*macro_bode.lines(found), f"results: {place}", sep="\n")
+    if config is None or machine_run.is_two_stage(config):
+        settings = chosen(Settings(), config, None)
+        linear = macro_bode.found(settings, asked.low, asked.high, asked.number)
+        return {"": lambda: linear}
+    stages = each(config)
+    for _, machine, _ in stages:
+        if machine.model is None:
+            raise ProblemError(
+                "--config",
+                f"the machine {machine.name} has no linear model",
+                "Choose a machine that has one, such as axis.",
+            )
+    return {
+        name: partial(_measured, name, machine, settings, asked)
+        for name, machine, settings in stages
+    }
 
 
-def _measured(name: str, machine: Machine, settings: Any, asked: Asked) -> Found:
+def _measured(name: str, machine: Machine, settings: Any, asked: Asked) -> Shown:
     from macromicro.drawing.bar import progress
     from macromicro.machines import sweeping
     from macromicro.report import bode

@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands.group import announce_compiling, tell, whole
-from macromicro.commands.options import PNG, Config, Figures, Json, Law, Overwrite, Seed
+from macromicro.commands.options import (
+    PNG,
+    Config,
+    Fan,
+    Figures,
+    Json,
+    Law,
+    Overwrite,
+    Seed,
+    Workers,
+    folder_option,
+)
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -44,7 +55,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = None,
     law: Law = None,
-    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator with a fan.")] = False,
+    fan: Fan = False,
     variants: Annotated[
         bool,
         typer.Option(
@@ -55,16 +66,8 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
             ),
         ),
     ] = False,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole, metavar="N", help="Number of threads.", show_default="one for each core"
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results.", show_default="results/robust-<programme>"),
-    ] = None,
+    workers: Workers = None,
+    out: Annotated[Path | None, folder_option("results/robust-<programme>")] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
     as_json: Json = False,
@@ -97,11 +100,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
 
 def _robust(
-    request: Request,
-    asked: Ready,
-    how: tuple[tuple[str, ...], bool],
-    out: Path,
-    signals: Signals,
+    request: Request, asked: Ready, how: tuple[tuple[str, ...], bool], out: Path, signals: Signals
 ) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software

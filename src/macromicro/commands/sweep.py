@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands.group import tell
-from macromicro.commands.options import PNG, Figures, Law, Overwrite
+from macromicro.commands.options import PNG, Figures, Law, Overwrite, Workers, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -31,10 +31,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
             show_default=False,
         ),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number of processes.", show_default="one for each core"),
-    ] = None,
+    workers: Workers = None,
     scheduler: Annotated[
         str | None,
         typer.Option(
@@ -46,9 +43,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted sweep.")
     ] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the results.", show_default="results/<spec>")
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/<spec>")] = None,
     overwrite: Overwrite = False,
     law: Law = None,
     figures: Figures = PNG,

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands.group import tell, whole
-from macromicro.commands.options import PNG, Config, Figures, Json, Law, Overwrite, Seed
+from macromicro.commands.options import (
+    PNG,
+    Config,
+    Figures,
+    Json,
+    Law,
+    Overwrite,
+    Seed,
+    folder_option,
+)
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -22,8 +31,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     stage: Annotated[
         str | None,
         typer.Argument(
-            help="macro or micro, of the two-stage machine; others need none.",
-            show_default=False,
+            help="macro or micro, of the two-stage machine; others need none.", show_default=False
         ),
     ] = None,
     objective: Annotated[
@@ -39,8 +47,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = 300,
     seed: Seed = 0,
     robust: Annotated[
-        bool,
-        typer.Option("--robust", help="Search on varied machines and judge on fresh ones."),
+        bool, typer.Option("--robust", help="Search on varied machines and judge on fresh ones.")
     ] = False,
     benches: Annotated[
         int | None,
@@ -61,10 +68,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         ),
     ] = None,
     config: Config = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results.", show_default="results/tune-<stage or config>"),
-    ] = None,
+    out: Annotated[Path | None, folder_option("results/tune-<stage or config>")] = None,
     overwrite: Overwrite = False,
     figures: Figures = PNG,
     as_json: Json = False,

@@ -40,38 +40,19 @@ if TYPE_CHECKING:
     from macromicro.design.resolution import converter as converter
     from macromicro.design.resolution import sensitivity_floor as sensitivity_floor
 
-# Public name -> the module that defines it. For type checkers: also import it above.
-_HOMES = {
-    "Beam": "flexure_sheet",
-    "Budget": "resolution",
-    "Change": "magnets",
-    "Comparison": "costs",
-    "GRAM_FORCE": "flexure_sheet",
-    "INCH": "magnets",
-    "MICRO_STAGE": "costs",
-    "Magnet": "magnets",
-    "Needs": "hall_sensors",
-    "Sensor": "hall_sensors",
-    "TABLE_2_1": "costs",
-    "TABLE_3_1": "magnets",
-    "TABLE_3_2": "hall_sensors",
-    "TABLE_6_2": "costs",
-    "Technology": "costs",
-    "bending_stress": "flexure_sheet",
-    "budget": "resolution",
-    "calibrated": "resolution",
-    "compare": "costs",
-    "converter": "resolution",
-    "deflection": "flexure_sheet",
-    "judge": "hall_sensors",
-    "largest_change": "magnets",
-    "max_thickness": "flexure_sheet",
-    "micro_stage": "costs",
-    "ranking": "magnets",
-    "sensitivity_floor": "resolution",
-    "stiffness": "flexure_sheet",
-    "suitable": "hall_sensors",
-    "total": "costs",
-}
+# The public names of each module. For type checkers: also import them above.
+_NAMES = {
+    "costs": (
+        "Comparison", "MICRO_STAGE", "TABLE_2_1", "TABLE_6_2", "Technology", "compare",
+        "micro_stage", "total",
+    ),
+    "flexure_sheet": (
+        "Beam", "GRAM_FORCE", "bending_stress", "deflection", "max_thickness", "stiffness",
+    ),
+    "hall_sensors": ("Needs", "Sensor", "TABLE_3_2", "judge", "suitable"),
+    "magnets": ("Change", "INCH", "Magnet", "TABLE_3_1", "largest_change", "ranking"),
+    "resolution": ("Budget", "budget", "calibrated", "converter", "sensitivity_floor"),
+}  # fmt: skip
+_HOMES = dict(sorted((name, module) for module, names in _NAMES.items() for name in names))
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)

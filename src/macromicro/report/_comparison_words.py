@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from macromicro.report.comparison import QUANTITIES, Comparison, Move
 from macromicro.report.run import amount
 from macromicro.schema.par import NO_UNIT
 
-_NAMES = {"settling_s": "settling", "final_error": "final error", "overshoot": "overshoot"}
 COLUMNS = ("column", "unit", "RMS difference", "largest", "at")
 HEADINGS = ("#", "stage", "target", "settling", "by", "final error", "by", "overshoot", "by")
 
@@ -73,7 +70,7 @@ def remarks(found: Comparison) -> list[tuple[str, str]]:
         lines.append((name, _parting(found, side)))
         lines += [(name, text) for text in _structure(found, side)]
         if found.partings[side - 1].t is not None:
-            lines += [(name, text) for text in _stages(found, side)]
+            lines += [(name, text) for text in _moves(found, side)]
     return lines
 
 
@@ -113,38 +110,8 @@ def _structure(found: Comparison, side: int) -> list[str]:
     return texts
 
 
-def _stages(found: Comparison, side: int) -> list[str]:
-    texts = []
-    for stage in ("macro", "micro"):
-        moves = [m for m in found.moves if m.stage == stage and m.results[side] is not None]
-        if moves:
-            parts = [p for q in QUANTITIES if (p := _quantity(moves, q, side))]
-            count = f"{len(moves)} move{'s' * (len(moves) != 1)}"
-            texts.append(f"{stage}-stage, {count}: {'; '.join(parts) or 'nothing to compare'}")
+def _moves(found: Comparison, side: int) -> list[str]:
     alien = sum(m.results[side] is None for m in found.moves)
     if alien:
-        texts.append(f"{alien} of {len(found.moves)} moves differ or are missing here")
-    elif not found.moves:
-        texts.append("no moves to compare")
-    return texts
-
-
-def _quantity(moves: list[Move], quantity: str, side: int) -> str:
-    """Mean and largest difference of a quantity; for errors that of the magnitudes."""
-    differs = []
-    for move in moves:
-        pair = [getattr(r, quantity) for r in (move.results[0], move.results[side]) if r]
-        if len(pair) == 2 and None not in pair:
-            sizes = [abs(v) for v in pair] if quantity == "final_error" else pair
-            differs.append((sizes[1] - sizes[0], move))
-    if not differs:
-        return ""
-    unit = "s" if quantity == "settling_s" else moves[0].unit
-    digits = 1 if unit == "um" else 3
-    mean = float(np.mean([d for d, _ in differs]))
-    most, at = max(differs, key=lambda pair: abs(pair[0]))
-    name = f"size of the {_NAMES[quantity]}" if quantity == "final_error" else _NAMES[quantity]
-    if math.isclose(most, 0.0, abs_tol=0.5 * 10.0**-digits):
-        return f"{name} the same"
-    text = f"{name} {_by(mean, digits)} {unit} on average"
-    return f"{text}, {_by(most, digits)} {unit} at most (move {at.move + 1})"
+        return [f"{alien} of {len(found.moves)} moves differ or are missing here"]
+    return [] if found.moves else ["no moves to compare"]

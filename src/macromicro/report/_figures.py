@@ -17,6 +17,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.programme import MACRO
 from macromicro.programme import MICRO as FINE
 from macromicro.recording import Recording
+from macromicro.report.run import CAPTIONS
 from macromicro.runs.job import Ended
 
 if TYPE_CHECKING:
@@ -76,18 +77,8 @@ def response(ended: Ended) -> PageFigure | None:
         finish(axes[row, 0], f"(a) {name}" if row == 0 else name, below, what, legend=True)
         finish(axes[row, 1], "(b) the first moves" if row == 0 else "", below)
     several = "the first cycle" if ended.job.request.cycles > 1 else "the whole run"
-    if len(shown) > 1:
-        title = "Response of both stages"
-        caption = (
-            f"Both stages with their references: (a) {several}, (b) the first macro move and the "
-            "following ones. The macro move comes first, then a wait for the belt to calm, then "
-            "the micro-stage's steps. While disabled, the micro-stage returns to zero during the "
-            "next macro move."
-        )
-    else:
-        title = f"Response of the {'macro' if shown[0] == MACRO else 'micro'}-stage"
-        caption = f"The stage with its reference: (a) {several}, (b) the first moves."
-    return PageFigure("response", title, caption, figure)
+    kind = "both" if len(shown) > 1 else "macro" if shown[0] == MACRO else "micro"
+    return CAPTIONS[f"response of {kind}"].page("response", figure, several=several)
 
 
 def tracking(ended: Ended) -> PageFigure | None:
@@ -112,9 +103,8 @@ def tracking(ended: Ended) -> PageFigure | None:
         for r in ended.tracking
         if r.lag_s is not None
     ]
-    caption = "Targets that change all the time, what was reached, and the error between them"
-    caption += f"; {', '.join(lags)}." if lags else "."
-    return PageFigure("tracking", "Following a trajectory", caption, figure)
+    told = f"; {', '.join(lags)}" if lags else ""
+    return CAPTIONS["tracking"].page("tracking", figure, lags=told)
 
 
 def vibration(ended: Ended) -> PageFigure | None:
@@ -148,12 +138,7 @@ def vibration(ended: Ended) -> PageFigure | None:
     )
     finish(axes[0, 1], "(b) zoom", "time since the carriage stands [s]")
     decayed = "" if v.decay_s is None else f" It is down to 2 um after {v.decay_s:.2f} s."
-    caption = (
-        f"What the first macro move leaves at the micro-stage: the belt swings at "
-        f"{v.frequency_hz:.1f} Hz with a first peak of {v.amplitude_um:.1f} um.{decayed} The "
-        "micro-stage waits for this."
-    )
-    return PageFigure("vibration", "Vibration after the first macro move", caption, figure)
+    return CAPTIONS["vibration"].page("vibration", figure, v=v, decayed=decayed)
 
 
 def micro(ended: Ended) -> PageFigure | None:
@@ -197,34 +182,21 @@ def micro(ended: Ended) -> PageFigure | None:
         horizontalalignment="right",
     )
     finish(near, "(b)", y="reading - target [um]", legend=True)
-    caption = (
-        "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
-        "In (b) each reading is pale and its mean over 51 ms strong: the Hall sensor sits on the "
-        "target, as integral action makes it; the laser shows whether the stage does. A laser "
-        "that stays off by a steady amount was reset before the "
-        "actuator had fully extended."
-    )
-    return PageFigure("micro", "Micro-stage in the last cycle", caption, figure)
+    return CAPTIONS["micro"].page("micro", figure)
 
 
 def efforts(ended: Ended) -> PageFigure | None:
     recording, rows, shown = ended.recording, first_cycle(ended), stages(ended)
     t = recording["t"][rows]
     figure, axes = new(3.8 if len(shown) > 1 else 2.2, len(shown), sharex=True)
-    words = []
     for ax, stage in zip(axes[:, 0], shown, strict=True):
         name, color = ("motor", BLUE) if stage == MACRO else ("CTRL", RED)
         line(ax, t, recording[name.lower()][rows], color, name, linewidth=0.8)
         below = "time [s]" if stage == shown[-1] else ""
         finish(ax, name, below, "D/A output [V]")
-        words.append(
-            "The motor is off once a move has arrived."
-            if stage == MACRO
-            else "CTRL rises with every contraction and is 0 V while the micro-stage is disabled."
-        )
     several = " in the first cycle" if ended.job.request.cycles > 1 else ""
-    caption = " ".join([f"Outputs at the D/A converter{several}.", *words])
-    return PageFigure("efforts", "Efforts", caption, figure)
+    kind = "both" if len(shown) > 1 else "macro" if shown[0] == MACRO else "micro"
+    return CAPTIONS[f"efforts of {kind}"].page("efforts", figure, several=several)
 
 
 def temperatures(ended: Ended) -> PageFigure | None:
@@ -244,11 +216,7 @@ def temperatures(ended: Ended) -> PageFigure | None:
         if name in recording:
             line(ax, t, recording[name], color, label, linewidth=width)
     finish(ax, "", y="temperature [degC]", legend=True)
-    caption = (
-        "Temperatures of the actuator. Plates and body warm slowly and make the wire cool, and "
-        "so extend, more slowly. The guard estimates the wire's temperature from CTRL alone."
-    )
-    return PageFigure("temperatures", "Temperatures", caption, figure)
+    return CAPTIONS["temperatures"].page("temperatures", figure)
 
 
 def cycles(ended: Ended) -> PageFigure | None:
@@ -289,9 +257,4 @@ def cycles(ended: Ended) -> PageFigure | None:
         ax.xaxis.get_major_locator().set_params(integer=True)
         finish(ax, title, "cycle", label)
         ax.legend(fontsize=7.5, loc="best", framealpha=0.8)
-    caption = (
-        "As the actuator warms over the cycles it returns to zero more slowly. What it has not "
-        "yet given back when the laser is reset appears as the laser's bias at all later set "
-        "points; the true error stays small."
-    )
-    return PageFigure("cycles", "Return to zero and bias by cycle", caption, figure)
+    return CAPTIONS["cycles"].page("cycles", figure)

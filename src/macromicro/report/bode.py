@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,16 @@ _DOT: dict[str, Any] = {"marker": "o", "markersize": 3, "linestyle": "", "color"
 _SEEN = {**_DOT, "label": "measured"}
 _FAINT = {**_DOT, "markerfacecolor": "none", "label": "below half a count"}
 FILES = (NUMBERS, *drawings.names((FIGURE,)))
+
+
+class Shown(Protocol):
+    """A response as numbers, lines and a figure."""
+
+    def content(self) -> dict[str, Any]: ...
+
+    def lines(self) -> list[str]: ...
+
+    def draw(self) -> Any: ...
 
 
 class Found(NamedTuple):
@@ -50,42 +60,68 @@ class Found(NamedTuple):
         frequency = self.measured.frequency
         return margins(frequency, self.measured.loop), margins(frequency, self.loop)
 
+    def content(self) -> dict[str, Any]:
+        r = self.measured
+        measured, model = self.margins
+        base = self.machine.kind.place.base
 
-def content(found: Found) -> dict[str, Any]:
-    r = found.measured
-    measured, model = found.margins
-    base = found.machine.kind.place.base
+        def polar(values: Complex) -> dict[str, Any]:
+            return {
+                "gain": np.abs(values).tolist(),
+                "phase_deg": np.degrees(np.angle(values)).tolist(),
+            }
 
-    def polar(values: Complex) -> dict[str, Any]:
-        return {"gain": np.abs(values).tolist(), "phase_deg": np.degrees(np.angle(values)).tolist()}
+        return {
+            "machine": self.machine.name,
+            "version": macromicro.__version__,
+            "seed": self.seed,
+            "margins": {"measured": measured._asdict(), "model": model._asdict()},
+            "frequency_hz": r.frequency.tolist(),
+            f"plant_{base}_per_v": polar(r.plant),
+            f"law_v_per_{base}": polar(r.law),
+            "loop": polar(r.loop),
+            f"model_plant_{base}_per_v": polar(self.plant),
+            "settings": as_toml(self.machine, self.settings),
+        }
 
-    return {
-        "machine": found.machine.name,
-        "version": macromicro.__version__,
-        "seed": found.seed,
-        "margins": {"measured": measured._asdict(), "model": model._asdict()},
-        "frequency_hz": r.frequency.tolist(),
-        f"plant_{base}_per_v": polar(r.plant),
-        f"law_v_per_{base}": polar(r.law),
-        "loop": polar(r.loop),
-        f"model_plant_{base}_per_v": polar(found.plant),
-        "settings": as_toml(found.machine, found.settings),
-    }
+    def lines(self) -> list[str]:
+        told = []
+        for which, m in zip(("measured", "linear model"), self.margins, strict=True):
+            told.append(said(which, m))
+        seen = self.seen
+        if seen.any():
+            share = np.abs(self.measured.plant / self.plant)[seen]
+            at = self.measured.frequency[seen]
+            told.append(
+                f"plant, measured to model, from {at[0]:.4g} to {at[-1]:.4g} Hz, where a sine "
+                f"moves it by half a count or more: gain {share.min():.3g} to {share.max():.3g}"
+            )
+        return told
 
-
-def lines(found: Found) -> list[str]:
-    told = []
-    for which, m in zip(("measured", "linear model"), found.margins, strict=True):
-        told.append(said(which, m))
-    seen = found.seen
-    if seen.any():
-        share = np.abs(found.measured.plant / found.plant)[seen]
-        at = found.measured.frequency[seen]
-        told.append(
-            f"plant, measured to model, from {at[0]:.4g} to {at[-1]:.4g} Hz, where a sine moves it "
-            f"by half a count or more: gain {share.min():.3g} to {share.max():.3g}"
+    def draw(self) -> Any:
+        r = self.measured
+        figure, axes = new(6.2, 2, 2, sharex=True)
+        pairs = (
+            (f"Plant [{self.machine.kind.place.base}/V]", r.plant, self.plant),
+            ("Open loop", r.loop, self.loop),
         )
-    return told
+        for column, (title, measured, model) in enumerate(pairs):
+            gain, phase = axes[:, column]
+            gain.loglog(r.frequency, np.abs(model), color=RED, linestyle="--", label="linear model")
+            for rows, style in ((self.seen, _SEEN), (~self.seen, _FAINT)):
+                gain.loglog(r.frequency[rows], np.abs(measured)[rows], **style)
+            turned = phases.degrees(measured, model)
+            phase.semilogx(r.frequency, phases.degrees(model, model), color=RED, linestyle="--")
+            for rows, style in ((self.seen, _SEEN), (~self.seen, _FAINT)):
+                phase.semilogx(r.frequency[rows], turned[rows], **style)
+            finish(gain, title, "", "gain")
+            finish(phase, "", "frequency [Hz]", "phase [deg]")
+            phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
+        axes[0, 1].axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
+        keys = axes[0, 0].get_legend_handles_labels()
+        figure.legend(*keys, loc="lower center", ncols=len(keys[0]), fontsize=7.5, frameon=False)
+        figure.subplots_adjust(hspace=0.15, bottom=0.14)
+        return figure
 
 
 def said(which: str, m: Margins) -> str:
@@ -100,34 +136,8 @@ def _number(value: float, form: str, unit: str = "") -> str:
     return "outside the measured range" if math.isnan(value) else f"{value:{form}}{unit}"
 
 
-def draw(found: Found) -> Any:
-    r = found.measured
-    figure, axes = new(6.2, 2, 2, sharex=True)
-    pairs = (
-        (f"Plant [{found.machine.kind.place.base}/V]", r.plant, found.plant),
-        ("Open loop", r.loop, found.loop),
-    )
-    for column, (title, measured, model) in enumerate(pairs):
-        gain, phase = axes[:, column]
-        gain.loglog(r.frequency, np.abs(model), color=RED, linestyle="--", label="linear model")
-        for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
-            gain.loglog(r.frequency[rows], np.abs(measured)[rows], **style)
-        turned = phases.degrees(measured, model)
-        phase.semilogx(r.frequency, phases.degrees(model, model), color=RED, linestyle="--")
-        for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
-            phase.semilogx(r.frequency[rows], turned[rows], **style)
-        finish(gain, title, "", "gain")
-        finish(phase, "", "frequency [Hz]", "phase [deg]")
-        phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
-    axes[0, 1].axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
-    keys = axes[0, 0].get_legend_handles_labels()
-    figure.legend(*keys, loc="lower center", ncols=len(keys[0]), fontsize=7.5, frameon=False)
-    figure.subplots_adjust(hspace=0.15, bottom=0.14)
-    return figure
-
-
-def write(out: Path, found: Found, kinds: Sequence[str]) -> None:
+def write(out: Path, found: Shown, kinds: Sequence[str]) -> None:
     with folder.staged(out, remove=FILES) as place:
-        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
+        text = json.dumps(plain(found.content()), indent=2, allow_nan=False)
         write_text(place / NUMBERS, text + "\n")
-        drawings.save(draw(found), place, FIGURE, kinds)
+        drawings.save(found.draw(), place, FIGURE, kinds)

@@ -18,6 +18,7 @@ from macromicro.machines.joint.settings import AXES
 from macromicro.machines.planning import Schedule
 from macromicro.machines.stage_trees import all_of
 from macromicro.recording import Recording
+from macromicro.report.run import CAPTIONS
 
 SHOWN = 0.05  # of the picture's width; what the largest contour error is magnified to
 _COLORS = (BLUE, ORANGE, GREEN, RED)
@@ -77,20 +78,13 @@ def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
         ax.plot(1e3 * x, 1e3 * y, color=BLACK, linewidth=0.8, linestyle="--", label=label)
     ax.set_aspect("equal", adjustable="datalim")
     ticks = f"{factor:,.0f}".replace(",", " ")
-    finish(
-        ax,
-        f"Distance from the path, {ticks} times as large",
-        "x [mm]",
-        "y [mm]",
-        legend=True,
-    )
-    return PageFigure(
+    finish(ax, f"Distance from the path, {ticks} times as large", "x [mm]", "y [mm]", legend=True)
+    return CAPTIONS["path"].page(
         "path",
-        "The path",
-        "The path, and beside it the places while a profile lasts, their distance from it "
-        f"magnified {ticks} times: {1e6 * tolerance:.4g} um, the tolerance, would be "
-        f"{1e3 * factor * tolerance:.3g} mm of the picture.",
         figure,
+        ticks=ticks,
+        tolerance=1e6 * tolerance,
+        magnified=1e3 * factor * tolerance,
     )
 
 
@@ -133,9 +127,8 @@ def axes_over_time(
         _paths(paths[0], recording, plan, settings.path.tolerance)
     finish(efforts, "Effort at the D/A", y="[V]", legend=True)
     figure.subplots_adjust(hspace=0.3)
-    caption = "Position, error and effort of each axis"
-    caption += ", and what the errors make beside the path." if plane else "."
-    return PageFigure("axes", all_of(len(units)).capitalize(), caption, figure)
+    found = CAPTIONS["axes of a plane" if plane else "axes"].page("axes", figure)
+    return found._replace(title=all_of(len(units)).capitalize())
 
 
 def _paths(ax: Any, recording: Recording, plan: Schedule, tolerance: float) -> None:

@@ -22,31 +22,13 @@ from macromicro.schema.par import entries
 from macromicro.units import printed
 
 _ONE = (
-    "#",
-    "stage",
-    "target",
-    "arrival",
-    "profile",
-    "peak error",
-    "true peak",
-    "rms error",
-    "overshoot",
-    "error at rest",
-    "true error",
-)
+    "#", "stage", "target", "arrival", "profile", "peak error", "true peak", "rms error",
+    "overshoot", "error at rest", "true error",
+)  # fmt: skip
 _PLANE = (
-    "#",
-    "move",
-    "target",
-    "arrival",
-    "profile",
-    "contour rms",
-    "contour peak",
-    "true contour",
-    "peak error x",
-    "peak error y",
-    "true error",
-)
+    "#", "move", "target", "arrival", "profile", "contour rms", "contour peak", "true contour",
+    "peak error x", "peak error y", "true error",
+)  # fmt: skip
 RATES = ("m/s", "m/s^2", "m/s^3")  # units of the motion's limits, on a slide
 _GAINS = 4  # that a line tells; the page has all
 _OF_ONE = (

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import macromicro
 from macromicro.arrays import Array
-from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLACK, RED, finish, new
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines.loops import Complex, Margins, margins
 from macromicro.models.macro import Linear
-from macromicro.report.bode import FIGURE, NUMBERS, said
-from macromicro.runs import folder
-from macromicro.schema.text import plain, write_text
+from macromicro.report.bode import said
 from macromicro.settings import Settings
 from macromicro.tuning import loops
 
@@ -31,6 +25,34 @@ class Found(NamedTuple):
     frequency: Array
     loop: Complex
     margins: Margins
+
+    def lines(self) -> list[str]:
+        return [
+            said(f"macro-stage, linear model (4.4) under {self.law}", self.margins),
+            "not measured: the carriage moves at 0.1 m/s or more and ends its travel within 2 s",
+        ]
+
+    def content(self) -> dict[str, Any]:
+        loop = self.loop
+        return {
+            "machine": Settings().machine(),
+            "law": self.law,
+            "version": macromicro.__version__,
+            "margins": {"model": self.margins._asdict()},
+            "frequency_hz": self.frequency.tolist(),
+            "model_loop": {"gain": np.abs(loop), "phase_deg": np.degrees(np.angle(loop))},
+        }
+
+    def draw(self) -> Any:
+        figure, axes = new(5.0, 2, sharex=True)
+        gain, phase = axes[:, 0]
+        gain.loglog(self.frequency, np.abs(self.loop), color=RED)
+        phase.semilogx(self.frequency, np.degrees(np.unwrap(np.angle(self.loop))), color=RED)
+        gain.axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
+        phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
+        finish(gain, f"Open loop, (4.4) under {self.law}", "", "gain")
+        finish(phase, "", "frequency [Hz]", "phase [deg]")
+        return figure
 
 
 def found(settings: Settings, low: float | None, high: float | None, count: int) -> Found:
@@ -54,37 +76,3 @@ def found(settings: Settings, low: float | None, high: float | None, count: int)
         fine = np.geomspace(LOW / dt, HIGH / dt, 4000)
         own = margins(fine, at(fine))._replace(stable=False)
     return Found(law, frequency, at(frequency), own)
-
-
-def lines(shown: Found) -> list[str]:
-    return [
-        said(f"macro-stage, linear model (4.4) under {shown.law}", shown.margins),
-        "not measured: the carriage moves at 0.1 m/s or more and ends its travel within 2 s",
-    ]
-
-
-def content(shown: Found) -> dict[str, Any]:
-    loop = shown.loop
-    return {
-        "machine": Settings().machine(),
-        "law": shown.law,
-        "version": macromicro.__version__,
-        "margins": {"model": shown.margins._asdict()},
-        "frequency_hz": shown.frequency.tolist(),
-        "model_loop": {"gain": np.abs(loop), "phase_deg": np.degrees(np.angle(loop))},
-    }
-
-
-def write(out: Path, shown: Found, kinds: Sequence[str]) -> None:
-    figure, axes = new(5.0, 2, sharex=True)
-    gain, phase = axes[:, 0]
-    gain.loglog(shown.frequency, np.abs(shown.loop), color=RED)
-    phase.semilogx(shown.frequency, np.degrees(np.unwrap(np.angle(shown.loop))), color=RED)
-    gain.axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
-    phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
-    finish(gain, f"Open loop, (4.4) under {shown.law}", "", "gain")
-    finish(phase, "", "frequency [Hz]", "phase [deg]")
-    with folder.staged(out, remove=(NUMBERS, *drawings.names((FIGURE,)))) as place:
-        text = json.dumps(plain(content(shown)), indent=2, allow_nan=False)
-        write_text(place / NUMBERS, text + "\n")
-        drawings.save(figure, place, FIGURE, kinds)

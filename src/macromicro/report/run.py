@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import macromicro
+from macromicro.drawing.captions import captions
 from macromicro.drawing.page import PageFigure, Picture, filled, saved
 from macromicro.report.provenance import software
 from macromicro.runs import folder
@@ -15,6 +16,7 @@ from macromicro.schema.text import plain, write_text
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
 NONE = "-"
+CAPTIONS = captions(Path(__file__).with_name("figures.toml"))
 
 
 class Line(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines.job import Ended
+from macromicro.report.run import CAPTIONS
 
 
 def response(ended: Ended) -> PageFigure:
@@ -26,12 +27,7 @@ def response(ended: Ended) -> PageFigure:
         line(efforts, t, r["integral"], BLACK, "of it integral", linewidth=0.8)
     finish(efforts, "Effort at the D/A", y="[V]", legend=True)
     figure.subplots_adjust(hspace=0.28)
-    return PageFigure(
-        "response",
-        "The run",
-        "Position with its set point, the error between them, and the effort.",
-        figure,
-    )
+    return CAPTIONS["response of a stage"].page("response", figure)
 
 
 def settling(ended: Ended) -> PageFigure:
@@ -57,4 +53,4 @@ def settling(ended: Ended) -> PageFigure:
         legend=True,
     )
     which = "each move" if len(shown) == len(ended.moves) else "the first moves"
-    return PageFigure("moves", "Arrival", f"How the error of {which} settles.", figure)
+    return CAPTIONS["moves"].page("moves", figure, which=which)

@@ -16,17 +16,9 @@ from macromicro.runs.job import Ended
 from macromicro.schema import config
 
 HEADINGS = (
-    "#",
-    "stage",
-    "target",
-    "arrival",
-    "settling",
-    "band",
-    "final error",
-    "overshoot",
-    "Hall error",
-    "true error",
-)
+    "#", "stage", "target", "arrival", "settling", "band", "final error", "overshoot",
+    "Hall error", "true error",
+)  # fmt: skip
 _FEW = 10  # lines of profiles
 _FOOTNOTE = """\
 Settling runs from the move's start until the error stays within the band, by the

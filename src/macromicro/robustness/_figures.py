@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.batch import Metric
 from macromicro.drawing import style
+from macromicro.drawing.captions import captions
 from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
@@ -21,7 +23,8 @@ from macromicro.uncertainty.table import FACTOR, Uncertain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FIGURES = ("yields", "tornado", "distributions", "scatter")
+CAPTIONS = captions(Path(__file__).with_name("figures.toml"))
+FIGURES = tuple(CAPTIONS)
 _BARS = 6
 _LABEL = 42  # characters of a line below a panel
 _FAINT = "0.45"
@@ -55,14 +58,7 @@ def _yields(study: Study) -> PageFigure:
     style.finish(ax, "Share of machines that meet each requirement", "yield [%]")
     ax.set_xlim(0.0, 114.0)
     ax.set_xticks(range(0, 101, 20))
-    return PageFigure(
-        "yields",
-        "Yields and their intervals",
-        f"{len(study.rows)} machines of a Latin hypercube over the uncertain parameters. Bars: "
-        "the share that meets the requirement; lines: its exact (Clopper-Pearson) 95 % interval. "
-        "A machine stopped by its guard fails every requirement whose metric is unknown.",
-        figure,
-    )
+    return CAPTIONS["yields"].page("yields", figure, machines=len(study.rows))
 
 
 def _tornado(study: Study) -> PageFigure:
@@ -76,15 +72,8 @@ def _tornado(study: Study) -> PageFigure:
     for letter, ax, name in zip("abcdef", axes.flat, names, strict=False):
         _bars(ax, study, name, letter)
     _legend(figure, height)
-    return PageFigure(
-        "tornado",
-        "One parameter at a time",
-        "Each parameter alone at its low end (blue) and high end (orange), the others nominal "
-        f"(vertical line), all with the same noise; of {len(study.subject.uncertain)} parameters "
-        f"the {_BARS} with most effect. Hatched to the edge: a move never settled, or the guard "
-        "stopped the run before the metric was known.",
-        figure,
-    )
+    count = len(study.subject.uncertain)
+    return CAPTIONS["tornado"].page("tornado", figure, parameters=count, bars=_BARS)
 
 
 def _legend(figure: Figure, height: float) -> None:
@@ -192,13 +181,7 @@ def _distributions(study: Study) -> PageFigure:
         ax.set_ylim(0.0, 1.3 * ax.get_ylim()[1])  # room for the counts
         if letter in "ad":
             ax.set_ylabel("machines", fontsize=8)
-    return PageFigure(
-        "distributions",
-        "Distributions over the sample",
-        "Finite values only; the counts in each panel are machines with a move that never "
-        "settled, and machines that their guard stopped. Dashed: the limit, where one is required.",
-        figure,
-    )
+    return CAPTIONS["distributions"].page("distributions", figure)
 
 
 def _edges(finite: Any, metric: Metric) -> Any:
@@ -219,10 +202,7 @@ def _scatter(study: Study) -> PageFigure:
     every = study.met(*study.request.requirements)
     stopped = study.column("fault") > 0.0
     figure, axes = style.new(3.9, 1, 2)
-    titles = (
-        f"(a) {requirement.metric.meaning}\n     {requirement.text}",
-        "(b) everything",
-    )
+    titles = (f"(a) {requirement.metric.meaning}\n     {requirement.text}", "(b) everything")
     groups = (
         (
             (met, GREEN, "o", "met"),
@@ -249,15 +229,8 @@ def _scatter(study: Study) -> PageFigure:
     figure.subplots_adjust(top=0.86, bottom=0.22)
     tried = len(study.subject.uncertain)
     one, other = (words.rank(each.correlation, tried) for each in ranked[:2])
-    return PageFigure(
-        "scatter",
-        "Where requirements fail",
-        f"Every machine of the sample over the two parameters that go furthest with "
-        f'"{requirement.metric.meaning}" (rank correlations {one} and {other}, '
-        "in brackets where they may be chance, "
-        "over the machines of which it is known), the requirement met least often.",
-        figure,
-    )
+    meaning = requirement.metric.meaning
+    return CAPTIONS["scatter"].page("scatter", figure, meaning=meaning, one=one, other=other)
 
 
 def _axis(each: Uncertain) -> str:

@@ -7,36 +7,9 @@ from collections.abc import Sequence
 
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
+from macromicro.thesis.contents import EQUATIONS
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import Chosen
-
-# What measures each equation, or else what shows it, in words that `--only` takes.
-EQUATIONS: dict[str, tuple[str, ...]] = {
-    "2.1": ("(2.1)",),
-    **{f"2.{k}": ("preisach-geometry",) for k in range(2, 11)},
-    "2.11": ("S2", "preisach-geometry"),
-    "3.1": ("D1",),
-    # The motor: no claim measures its constants one by one, the diagrams show what they make.
-    "4.1": ("Figure 4.3",),
-    "4.2": ("Figure 4.6",),
-    "4.3": ("M4a", "M4b"),
-    "4.4": ("M5",),
-    "4.5": ("M6a", "M6b"),
-    "4.6": ("M3b",),
-    "4.7": ("M6a", "M6b"),
-    "4.8": ("M6a", "M6b"),
-    "4.9": ("M11b",),
-    "4.10": ("M11",),
-    "5.1": ("S2",),
-    "5.2": ("S5a", "S5b"),
-    "5.3": ("S5a",),
-    "5.4": ("S5b",),
-    "5.5": ("S5b",),
-    "5.6": ("S7",),
-    "5.7": ("S9",),
-    "5.8": ("S9",),
-    "5.9": ("S8",),
-}
 
 _FIGURE = re.compile(r"(?:figure|fig\.?)\s*(\S.*)", re.IGNORECASE)
 _APPENDIX = re.compile(r"(?:appendix|app\.?)\s*(\S.*)", re.IGNORECASE)

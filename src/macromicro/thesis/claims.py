@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from string import Formatter
 from typing import Any, NamedTuple
 
+from macromicro.drawing.captions import worded
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recording import Recording
 
@@ -129,16 +129,6 @@ def holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
-class _Reasons(Formatter):
-    """`str.format` that accepts no value without a placeholder."""
-
-    def check_unused_args(
-        self, used_args: set[int | str], args: Sequence[Any], kwargs: Mapping[str, Any]
-    ) -> None:
-        if unused := kwargs.keys() - used_args:
-            raise KeyError(f"not in the reason: {', '.join(sorted(unused))}")
-
-
 def stated(
     name: str, measured: Number, verdict: str, wording: str = "", /, **values: object
 ) -> Claim:
@@ -148,26 +138,12 @@ def stated(
     """
     reason = STATEMENTS[name].reason
     text = reason if isinstance(reason, str) else reason[wording]
-    return _claim(STATEMENTS[name], measured, verdict, _Reasons().format(text, **values))
+    return _claim(STATEMENTS[name], measured, verdict, worded(text, **values))
 
 
 def _claim(s: Statement, measured: Number, verdict: str, reason: str) -> Claim:
-    return Claim(
-        s.id,
-        s.section,
-        s.claim,
-        s.printed,
-        measured,
-        s.unit,
-        verdict,
-        reason,
-        s.kind,
-        s.printed_text,
-        s.accept,
-        s.of,
-        s.basis,
-        s.rule,
-    )
+    shared = {name: getattr(s, name) for name in Claim._fields if name in Statement._fields}
+    return Claim(**{**shared, "measured": measured, "verdict": verdict, "reason": reason})
 
 
 def lost(name: str, reason: str) -> Claim:

@@ -6,6 +6,7 @@ distinguished by the column `run`. One of your own is named "module:procedure".
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -135,79 +136,20 @@ def _about(lab: Lab) -> dict[str, Attribute]:
     return {"seed": lab.seed, **named}
 
 
-PROCEDURES = (
-    Procedure(
-        "dead-zone",
-        _dead_zone,
-        ("encoder",),
-        "the carriage alone, 18 min",
-        "420 runs at 2.6 to 3.3 V from 14 places, both ways",
-        "macromicro identify deadzone {out}/dead-zone.h5",
-        40,
-    ),
-    Procedure(
-        "macro-steps",
-        _macro_steps,
-        ("encoder",),
-        "the carriage alone, 1 min",
-        "10 steps each, 0.1, 1 and 2 V beyond the dead zone of 3 V",
-        "macromicro identify linear {out}/steps-1V.h5 --width 3",
-        5,
-    ),
-    Procedure(
-        "drive",
-        _drive,
-        ("encoder",),
-        "the carriage alone, 7 s",
-        "pulses of 3.3 to 5 V, both ways",
-        "macromicro identify drive {out}/drive.h5 --structure coulomb",
-        5,
-    ),
-    Procedure(
-        "carriage",
-        _carriage,
-        ("encoder", "laser"),
-        "the carriage, and the laser on the platform, 1 min",
-        "strokes of 3 to 250 ms at 3.3 to 5 V, both ways, from two places, and nudges of 0.25 V",
-        "macromicro identify carriage {out}/carriage.h5",
-        5,
-    ),
-    Procedure(
-        "kiln",
-        _kiln,
-        ("kiln.thermocouple", "kiln.encoder"),
-        "the actuator in the kiln, half a day",
-        "heating cycles with falling maxima, and three profiles to test the table",
-        "macromicro identify hysteresis {out}/cycles.h5 --shape nonnegative --out KILN",
-        40,
-    ),
-    Procedure(
-        "electrothermal",
-        _electrothermal,
-        ("laser",),
-        "the micro-stage alone, 1.2 h, and the table from the kiln",
-        "steps of CTRL from cold, three trials each, and steps with cooling",
-        "macromicro identify thermal {out}/*.h5 --table KILN/table.h5",
-        60,
-    ),
-    Procedure(
-        "actuator",
-        _actuator,
-        ("laser", "hall"),
-        "the micro-stage alone, half an hour, and the table from the kiln",
-        "levels held, steps that cool again, minor loops, and bursts of full heat",
-        "macromicro identify actuator {out}/*.h5 --table KILN/table.h5",
-        60,
-    ),
-    Procedure(
-        "hall",
-        _hall,
-        ("hall", "laser"),
-        "the micro-stage and the laser, 6 min",
-        "slow ramps of CTRL, three up and three down",
-        "macromicro identify hall {out}/hall.h5",
-        20,
-    ),
+_COLLECT: dict[str, Callable[[Lab], Recordings]] = {
+    "dead-zone": _dead_zone,
+    "macro-steps": _macro_steps,
+    "drive": _drive,
+    "carriage": _carriage,
+    "kiln": _kiln,
+    "electrothermal": _electrothermal,
+    "actuator": _actuator,
+    "hall": _hall,
+}
+_LIST = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+PROCEDURES = tuple(
+    Procedure(name, _COLLECT[name], **{**row, "channels": tuple(row["channels"])})
+    for name, row in _LIST.items()
 )
 
 

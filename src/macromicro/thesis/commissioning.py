@@ -175,11 +175,7 @@ def _directions(rig: Fixture) -> list[str]:
 
 
 def _done(
-    lab: Lab,
-    part: Part,
-    every: Path,
-    ask: Callable[[str, str], None],
-    done: Callable[[str], None],
+    lab: Lab, part: Part, every: Path, ask: Callable[[str, str], None], done: Callable[[str], None]
 ) -> Mapping[str, Any]:
     """A part's result, computed if it is not there yet."""
     place, procedure = every / part.name, collecting.find(part.name)

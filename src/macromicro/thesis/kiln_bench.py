@@ -38,8 +38,7 @@ class Oven(NamedTuple):
         float, Par("s", "lag of the wires behind the air (still air)", positive=True)
     ] = 5.0
     gradient: Annotated[
-        float,
-        Par("1", "share of the air's excess missing below the top plate", lo=0.0, hi=0.2),
+        float, Par("1", "share of the air's excess missing below the top plate", lo=0.0, hi=0.2)
     ] = 0.004
     thermocouple_lag: Annotated[float, Par("s", "lag of the thermocouple", positive=True)] = 4.0
     thermocouple_noise: Annotated[

@@ -15,6 +15,7 @@ from macromicro.schema.text import plain
 from macromicro.thesis.claims import Claim, in_order, lost
 from macromicro.thesis.procedure import Lab, Procedure
 
+_SHOWN = ("of", "basis", "rule", "measured", "unit", "verdict", "reason", "kind")
 INTERRUPTED = "interrupted"  # the failure of what had not ended when the work was
 
 
@@ -201,14 +202,7 @@ def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
             "claim": c.claim,
             "printed": plain(c.printed) if c.printed is not None else c.printed_text or None,
             "accept": plain([list(ends) for ends in c.accept]),
-            "of": c.of,
-            "basis": c.basis,
-            "rule": c.rule,
-            "measured": plain(c.measured),
-            "unit": c.unit,
-            "verdict": c.verdict,
-            "reason": c.reason,
-            "kind": c.kind,
+            **{name: plain(getattr(c, name)) for name in _SHOWN},
         }
         for c in claims_of(results)
     ]

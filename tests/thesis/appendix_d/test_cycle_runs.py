@@ -10,7 +10,7 @@ from tests.thesis.fixture_drives import CycleTwin
 from macromicro.rig.fixtures import CYCLE_PERIOD
 from macromicro.rig.session import CYCLE, Fixture
 from macromicro.thesis import cycle_bench
-from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d import cycle_runs, cycle_testing
 from macromicro.thesis.appendix_d.cycle_runs import CycleData, Cycles
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 from macromicro.thesis.cycle_bench import CycleBench
@@ -78,7 +78,7 @@ def test_derivative_per_second_is_too_slow(data: CycleData) -> None:
 def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
     """The verdicts come from the recordings."""
     counts = np.tile(getattr(data, reading), (len(data.counts), 1))
-    found = {c.id: c for c in _cycle_claims.claims(data._replace(counts=counts))}
+    found = {c.id: c for c in cycle_testing.claims(data._replace(counts=counts))}
     assert found["A1"].verdict == DIFFERS
 
 

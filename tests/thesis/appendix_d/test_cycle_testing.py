@@ -9,7 +9,7 @@ import pytest
 from tests.thesis.ended import collected
 
 from macromicro.drawing.exhibit import Drawn
-from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d import cycle_runs, cycle_testing
 from macromicro.thesis.appendix_d.cycle_runs import CycleData
 from macromicro.thesis.appendix_d.cycle_testing import PROCEDURE, shares
 
@@ -62,7 +62,7 @@ def test_shares_are_those_of_the_claim(data: CycleData) -> None:
     np.testing.assert_allclose(first[1], np.mean([c.first for c in each], axis=0))
     np.testing.assert_allclose(last[1], np.mean([c.last for c in each], axis=0))
     assert np.all(first.sum(axis=0) <= 100.0 + 1e-9)
-    assert last[:, _cycle_claims.LATE :].sum(axis=0) == pytest.approx(100.0, abs=1.0)
+    assert last[:, cycle_testing.LATE :].sum(axis=0) == pytest.approx(100.0, abs=1.0)
 
 
 def test_both_share_figures_have_one_scale(drawn: dict[str, Drawn]) -> None:
@@ -74,7 +74,7 @@ def test_both_share_figures_have_one_scale(drawn: dict[str, Drawn]) -> None:
 def test_a_rig_without_a_thermometer(data: CycleData) -> None:
     """Claim A6, Figure D.12: the run's room is unknown, and neither says otherwise."""
     blind = data._replace(room=np.full(len(data.room), np.nan))
-    claim = next(c for c in _cycle_claims.claims(blind) if c.id == "A6")
+    claim = next(c for c in cycle_testing.claims(blind) if c.id == "A6")
     assert "nothing measured" in claim.reason and "nan" not in claim.reason
     figure = PROCEDURE.figures["D.12"](blind)
     assert not axes_of(figure)[1].texts

@@ -29,7 +29,7 @@ def test_area_is_the_work_of_lifting(data: Principle) -> None:
 def test_laws_area_by_hand() -> None:
     """A trapezoid's sides, worked out apart: lifted stress times strain A-B, less a triangle of
     elastic unloading, less what lies left of the loading curve D-A."""
-    p, high, low = Alloy(), _actuator_runs.HIGH, _actuator_runs.BIAS
+    p, high, low = Alloy(), _actuator_runs.LAW_HIGH, _actuator_runs.BIAS
     place = {
         "A": high / p.martensite + p.plateau_strain,
         "B": high / p.austenite,

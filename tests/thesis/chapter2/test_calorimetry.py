@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from macromicro.plant.bench import Bench
-from macromicro.thesis.chapter2 import _calorimetry
-from macromicro.thesis.chapter2._calorimetry import RATE, peak, scan
-from macromicro.thesis.chapter2._wire_tests import specimen
+from macromicro.thesis.chapter2 import _actuator_runs
+from macromicro.thesis.chapter2._actuator_runs import RATE, peak, scan, specimen
 
 
 def test_peaks_hold_the_latent_heat() -> None:
@@ -35,4 +34,4 @@ def test_readings_are_in_order() -> None:
     assert up.onset < up.top < up.end
     assert down.onset > down.top > down.end
     assert up.top > down.top + 10.0
-    assert down.end > _calorimetry.LOW and up.end < _calorimetry.HIGH
+    assert down.end > _actuator_runs.LOW and up.end < _actuator_runs.HIGH

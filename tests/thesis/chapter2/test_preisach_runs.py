@@ -6,32 +6,32 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from macromicro.thesis.chapter2 import _preisach_runs
-from macromicro.thesis.chapter2._preisach_runs import FURTHER, INPUTS, Geometry
+from macromicro.thesis.chapter2 import preisach_geometry
+from macromicro.thesis.chapter2.preisach_geometry import FURTHER, INPUTS, Geometry
 
 
 @pytest.fixture(scope="module")
 def data() -> Geometry:
-    return _preisach_runs.collect()
+    return preisach_geometry.geometry()
 
 
 def test_weight_is_the_integral_of_the_density() -> None:
     for alpha, beta in ((1.0, -1.0), (0.4, -0.5), (0.1, -0.9)):
         whole, _ = dblquad(
-            lambda b, a: float(_preisach_runs.density(np.array(a), np.array(b))),
+            lambda b, a: float(preisach_geometry.density(np.array(a), np.array(b))),
             beta,
             alpha,
             beta,
             lambda a: a,
         )
-        assert _preisach_runs.weight(alpha, beta) == pytest.approx(whole, rel=1e-8)
+        assert preisach_geometry.weight(alpha, beta) == pytest.approx(whole, rel=1e-8)
 
 
 def test_outputs_are_those_of_single_relays(data: Geometry) -> None:
     """(2.2): relays of -1 and 1, each by itself, through the same inputs."""
     u = np.arange(-1.0, 1.0, 0.005) + 0.0025
     alpha, beta = np.meshgrid(u, u, indexing="ij")
-    weights = np.where(alpha > beta, _preisach_runs.density(alpha, beta), 0.0)
+    weights = np.where(alpha > beta, preisach_geometry.density(alpha, beta), 0.0)
     weights /= weights.sum()
     on = np.zeros(alpha.shape, dtype=bool)
     for value, stage in zip((-1.0, *INPUTS, *FURTHER), data.stages, strict=True):
@@ -62,6 +62,6 @@ def test_first_order_curve(data: Geometry) -> None:
     """(2.8), Figure 2.19: from the ascending branch down to beta'."""
     first, second, integrated = data.corner
     u, rising, _ = data.major
-    assert first == pytest.approx(np.interp(_preisach_runs.FOD[0], u, rising))
+    assert first == pytest.approx(np.interp(preisach_geometry.FOD[0], u, rising))
     assert 0.5 * (first - second) == pytest.approx(integrated, rel=1e-3)
     assert data.fod[1][0] == first

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from macromicro.thesis.chapter2 import technologies
-from macromicro.thesis.chapter3 import _sensor_claims
-from macromicro.thesis.chapter5 import electrothermal_claims
+from macromicro.thesis.chapter3 import sensor_design
+from macromicro.thesis.chapter5 import electrothermal
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Claim]:
     made = [
-        *_sensor_claims.claims(),
+        *sensor_design.measured(),
         *technologies.measured(),
-        *electrothermal_claims.printed_gain(),
+        *electrothermal.printed_gain(),
     ]
     assert len({c.id for c in made}) == len(made)
     return {c.id: c for c in made}
@@ -94,7 +94,7 @@ def test_technology_table() -> None:
 
 def test_gain_curve_is_continuous_and_rises() -> None:
     """Figure 5.14."""
-    volts, rise = electrothermal_claims.curve()
+    volts, rise = electrothermal.curve()
     assert volts[0] == 1.4 and volts[-1] == 1.9
     assert (np.diff(rise) >= 0.0).all()
     assert math.isclose(rise[-1], 239.0, abs_tol=0.5)

@@ -9,7 +9,7 @@ import pytest
 from tests.thesis.ended import collected
 
 from macromicro.design import steps
-from macromicro.thesis.chapter4 import _control_claims, _control_runs, control
+from macromicro.thesis.chapter4 import _control_runs, control
 from macromicro.thesis.chapter4._control_runs import TRAVEL, MacroData
 from macromicro.thesis.chapter4.pd_route import STEP
 
@@ -120,7 +120,7 @@ def test_tuned_pd(data: MacroData, figures: dict[str, list[Any]]) -> None:
     mark = float(move.get_lines()[1].get_xdata()[0])
     t, x = curve(move, "bench")
     assert np.all(np.abs(x[t >= mark] - TRAVEL) <= 0.02 * TRAVEL)
-    assert mark == _control_claims.full_move(data.steps["pd-tuned"]).measured
+    assert mark == control.full_move(data.steps["pd-tuned"]).measured
     counts, millimetres = curve(travel, "laser")
     assert millimetres[-1] / counts[-1] * 2800.0 == pytest.approx(200.0, abs=0.2)
 

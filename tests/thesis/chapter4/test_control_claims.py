@@ -19,7 +19,7 @@ from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 from macromicro.thesis import all_procedures
-from macromicro.thesis.chapter4 import _control_claims, _control_runs, _readings, pd_route
+from macromicro.thesis.chapter4 import _control_runs, _readings, control, pd_route
 from macromicro.thesis.chapter4._control_runs import Square, tracking
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 
@@ -176,7 +176,7 @@ def test_m9_asks_for_stiction_that_turns_back(
     names = ("t", "macro_position", "motor")
     columns = [next(c for c in COLUMNS if c.name == n) for n in names]
     run = Recording.from_arrays(columns, [np.arange(len(x)) * 1e-3, x, motor], 1e-3, {})
-    assert (_control_claims.pid(run).verdict == REPRODUCED) == good
+    assert (control.pid(run).verdict == REPRODUCED) == good
 
 
 def test_a_stuck_carriage_reproduces_nothing() -> None:
@@ -187,12 +187,12 @@ def test_a_stuck_carriage_reproduces_nothing() -> None:
     n = 5000
     ramp = np.linspace(0.5, 2.9, n)
     run = Recording.from_arrays(columns, [np.arange(n) * 1e-3, np.zeros(n), ramp], 1e-3, {})
-    assert _control_claims.pid(run).verdict == DIFFERS
-    assert _control_claims.full_move(run).verdict == DIFFERS
+    assert control.pid(run).verdict == DIFFERS
+    assert control.full_move(run).verdict == DIFFERS
     still = np.full(len(reference), 1400.0) + 1e-3 * np.sign(reference - 1400.0)
     square = Square(reference, dict.fromkeys(_control_runs.LAWS, still), still)
-    assert _control_claims.tuned_pd(square).verdict == DIFFERS
-    assert _control_claims.ranking(square).verdict == DIFFERS
+    assert control.tuned_pd(square).verdict == DIFFERS
+    assert control.ranking(square).verdict == DIFFERS
 
 
 def test_ranking_can_fail() -> None:
@@ -201,6 +201,6 @@ def test_ranking_can_fail() -> None:
     good = reference.copy()
     bad = reference + 40.0 * np.sin(np.arange(len(reference)) / 20.0)
     square = Square(reference, {"pid": bad, "pd-initial": good, "pd-tuned": bad}, good)
-    assert _control_claims.ranking(square).verdict == DIFFERS
-    assert _control_claims.tuned_pd(square).verdict == DIFFERS
+    assert control.ranking(square).verdict == DIFFERS
+    assert control.tuned_pd(square).verdict == DIFFERS
     assert tracking(bad, reference).largest > 1.0

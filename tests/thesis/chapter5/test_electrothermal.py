@@ -9,11 +9,10 @@ import pytest
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.identify.heating import AMBIENT, cooling
-from macromicro.thesis.chapter5._electrothermal_figures import FAST_S
 from macromicro.thesis.chapter5._electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
-from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.chapter5.actuator_models import Models
-from macromicro.thesis.chapter5.electrothermal import PROCEDURE
+from macromicro.thesis.chapter5.electrothermal import FAST_S, PROCEDURE
+from macromicro.thesis.chapter5.kiln import KilnRuns
 
 
 @pytest.mark.slow

@@ -8,13 +8,13 @@ import pytest
 from macromicro.identify.heating import AMBIENT, cooling
 from macromicro.models import heating
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import actuator_fits, electrothermal_claims
+from macromicro.thesis.chapter5 import actuator_fits, electrothermal
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 
 def claimed(models: Models) -> dict[str, Claim]:
-    return {c.id: c for c in electrothermal_claims.claims(models)}
+    return {c.id: c for c in electrothermal.claims(models)}
 
 
 @pytest.mark.parametrize("name", ["S5a", "S5b", "S7", "S8", "S9", "S10"])
@@ -27,10 +27,10 @@ def test_claim_is_reproduced(models: Models, name: str) -> None:
 def test_printed_dynamics_equal_themselves() -> None:
     """(5.6): DC gain 1.0098; its own step response differs from it by nothing."""
     printed = heating.from_transfer(*heating.PRINTED)
-    assert electrothermal_claims.against_5_6(printed) < 1e-9
+    assert electrothermal.against_5_6(printed) < 1e-9
     assert sum(printed[3:]) == pytest.approx(1.0098, abs=1e-4)
     slower = printed._replace(rate1=0.5 * printed.rate1)
-    assert electrothermal_claims.against_5_6(slower) > 2.0
+    assert electrothermal.against_5_6(slower) > 2.0
 
 
 def test_a_model_as_good_at_large_inputs_as_at_small_ones_is_not_the_thesis(
@@ -68,7 +68,7 @@ def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
 
 def test_warm_and_cold_cooling_and_both_identifications_are_told(models: Models) -> None:
     """Section 5.2.2 identifies (5.6) by MLS and takes (5.9) after a few cycles."""
-    found = {c.id: c for c in electrothermal_claims.claims(models)}
+    found = {c.id: c for c in electrothermal.claims(models)}
     assert "by MLS of order three" in found["S7"].reason
     assert "after 4 cycles" in found["S8"].reason
     warm = cooling(models.table, models.data.warm, AMBIENT).time

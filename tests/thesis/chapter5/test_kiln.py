@@ -9,8 +9,7 @@ import pytest
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.thesis.chapter5 import kiln_runs as kiln
-from macromicro.thesis.chapter5._kiln_claims import KilnRuns
-from macromicro.thesis.chapter5.kiln import PROCEDURE, first_cycle
+from macromicro.thesis.chapter5.kiln import PROCEDURE, KilnRuns, first_cycle
 
 
 @pytest.fixture(scope="module")

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import _kiln_claims
-from macromicro.thesis.chapter5._kiln_claims import KilnRuns
+from macromicro.thesis.chapter5 import kiln
+from macromicro.thesis.chapter5.kiln import KilnRuns
 from macromicro.thesis.claims import DIFFERS, NOT_MEASURED, REPRODUCED, Claim
 
 
 def with_curves(runs: KilnRuns, curves: Recording) -> dict[str, Claim]:
     heated = runs.heated._replace(curves=curves)
-    return {c.id: c for c in _kiln_claims.claims(runs._replace(heated=heated))}
+    return {c.id: c for c in kiln.claims(runs._replace(heated=heated))}
 
 
 @pytest.mark.parametrize("name", ["S1", "S2"])
@@ -49,19 +49,19 @@ def test_a_kiln_that_knows_no_truth_cannot_tell_s1(kiln_runs: KilnRuns) -> None:
 
 def test_full_contraction_is_where_the_table_ends(kiln_runs: KilnRuns) -> None:
     """Claim S6: to a count of the encoder. A bar that is easier to reach does not move it."""
-    claim = next(c for c in _kiln_claims.claims(kiln_runs) if c.id == "S6")
+    claim = next(c for c in kiln.claims(kiln_runs) if c.id == "S6")
     grid, rising, _ = kiln_runs.table.major_loop
     there = grid[np.flatnonzero(rising >= rising[-1] - 0.014)[0]]
     assert claim.measured == pytest.approx(there, abs=0.5)
     assert claim.verdict == DIFFERS
     cooler = dataclasses.replace(kiln_runs.table, lo=kiln_runs.table.lo - 2.0)
-    assert _kiln_claims.claims(kiln_runs._replace(table=cooler))[2].verdict == REPRODUCED
+    assert kiln.claims(kiln_runs._replace(table=cooler))[2].verdict == REPRODUCED
 
 
 def test_profiles_that_miss_are_told(kiln_runs: KilnRuns) -> None:
     """Claim S2: 3 % of the stroke, by the worst profile."""
     first, *others = kiln_runs.predictions
     spoiled = kiln_runs._replace(predictions=[first._replace(share=0.031), *others])
-    claim = next(c for c in _kiln_claims.claims(spoiled) if c.id == "S2")
+    claim = next(c for c in kiln.claims(spoiled) if c.id == "S2")
     assert claim.verdict == DIFFERS
     assert claim.measured == pytest.approx(3.1)

@@ -13,7 +13,7 @@ from macromicro.runs import sequence
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis.chapter5 import _micro_claims, micro_runs
+from macromicro.thesis.chapter5 import micro_control, micro_runs
 from macromicro.thesis.chapter5.micro_runs import MicroRuns
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
@@ -87,7 +87,7 @@ def test_more_windup_is_seen_on_a_longer_fall(runs: MicroRuns) -> None:
 def test_controllers_exchanged_turn_the_verdicts(runs: MicroRuns) -> None:
     """The verdicts come from the recordings: PI in place of anti-windup fails S13."""
     swapped = runs._replace(antiwindup=runs.pi, held=runs.held[:1])
-    found = {c.id: c for c in _micro_claims.claims(swapped)}
+    found = {c.id: c for c in micro_control.claims(swapped)}
     assert found["S13a"].verdict != REPRODUCED
     assert found["S12"].verdict == DIFFERS
 
@@ -110,10 +110,10 @@ def test_a_run_cut_short_is_not_measured() -> None:
 
 
 def test_growth_allows_for_noise() -> None:
-    assert _micro_claims.grows([1.0, 0.5, 9.0], 1.0)
-    assert not _micro_claims.grows([1.0, 9.0, 5.0], 1.0)
-    assert not _micro_claims.grows([1.0, 1.5], 1.0)
-    assert not _micro_claims.grows([1.0, float("nan"), 9.0], 1.0)
+    assert micro_control.grows([1.0, 0.5, 9.0], 1.0)
+    assert not micro_control.grows([1.0, 9.0, 5.0], 1.0)
+    assert not micro_control.grows([1.0, 1.5], 1.0)
+    assert not micro_control.grows([1.0, float("nan"), 9.0], 1.0)
 
 
 def test_steps_by_the_clock() -> None:

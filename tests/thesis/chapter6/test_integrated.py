@@ -12,8 +12,7 @@ from macromicro.control.supervisor import MICRO
 from macromicro.drawing.exhibit import Drawn
 from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated, integrated_runs
-from macromicro.thesis.chapter6._cycling_figures import cycling, part
-from macromicro.thesis.chapter6.integrated import PROCEDURE
+from macromicro.thesis.chapter6.integrated import PROCEDURE, cycling, part
 from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
 
 
@@ -128,7 +127,7 @@ def test_a_rig_without_truth_has_the_figure_without_it(
 ) -> None:
     hidden = {c.name: None for c in runs.warm.columns if c.name.startswith("true_")}
     bare = changed(runs.warm, **hidden)
-    right = axes_of(cycling(runs._replace(warm=bare), bare, "I3"))[-1]
+    right = axes_of(cycling(runs._replace(warm=bare), "6.4"))[-1]
     assert not any("truth" in label for label in labels(right))
     assert any("truth" in label for label in labels(axes_of(drawn["6.4"])[-1]))
 

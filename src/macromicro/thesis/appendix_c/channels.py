@@ -18,8 +18,9 @@ from macromicro.plant.bench import Truth
 from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
-from macromicro.thesis.claims import Claim, measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 from macromicro.types import SAFE, Command, Outputs, Sample
 from macromicro.units import quantity
 
@@ -173,10 +174,6 @@ def collect(lab: Lab) -> Wiring:
     return Wiring(channels(lab.settings), ways())
 
 
-def claims(data: Wiring) -> list[Claim]:
-    return []
-
-
 def _channels(data: Wiring) -> Drawn:
     rows: list[tuple[str, ...]] = [
         (
@@ -191,11 +188,8 @@ def _channels(data: Wiring) -> Drawn:
         )
         for c in data.channels
     ]
-    return Drawn(
-        "Channels of the rig",
-        "The electrical schematic as data: every input and output with its converter's settings, "
-        "the value at which an output is safe, and its column in the recording. "
-        "Outputs take effect one period after they are written.",
+    return captioned(
+        "Table C.1",
         Grid(
             ("channel", "direction", "unit", "hardware", "range", "step", "safe", "recorded as"),
             rows,
@@ -209,11 +203,7 @@ def _signals(data: Wiring) -> Drawn:
         (c.name, c.unit, c.meaning, sources.get(c.name, "state of controller or guard"))
         for c in COLUMNS
     ]
-    return Drawn(
-        "Signals of a recording",
-        "Where each column comes from; bench truth is known to the virtual bench only.",
-        Grid(("column", "unit", "meaning", "source"), columns),
-    )
+    return captioned("Table C.2", Grid(("column", "unit", "meaning", "source"), columns))
 
 
 def _times(way: Way) -> str:
@@ -221,18 +211,4 @@ def _times(way: Way) -> str:
     return "" if way.factor == 1.0 else f" * {way.factor:g}"
 
 
-PROCEDURE = Procedure(
-    name="channels",
-    title="Channels of the rig",
-    sections=("3.3", "Appendix C"),
-    channels=(),
-    ids=measured_by("channels"),
-    figures={
-        "Table C.1": _channels,
-        "Table C.2": _signals,
-    },
-    diagrams=("3.1", "3.5"),
-    seconds=0.1,
-    collect=collect,
-    claims=claims,
-)
+PROCEDURE = procedure("channels", {"Table C.1": _channels, "Table C.2": _signals}, collect)

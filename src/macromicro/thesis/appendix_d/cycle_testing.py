@@ -3,22 +3,145 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
-from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d import cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
-from macromicro.thesis.claims import measured_by, printed
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.captions import CAPTIONS, captioned
+from macromicro.thesis.claims import Claim, accepts, band, holds, judged, printed, stated
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+LATE = 10  # cycles at the end that count as settled
+STEADY = 2.0  # % of their mean, within which they may still change
+EARLY = 4  # cycles at the beginning, in which nearly all of the growth of the shares comes
+
+
+def claims(data: CycleData | None = None) -> list[Claim]:
+    seen = data or cycle_runs.collect()
+    runs = [cycle_runs.measured(c) for c in seen.counts]
+    mean = Cycles(*(np.mean([run[k] for run in runs], axis=0) for k in range(5)))
+    return judged(
+        [
+            (("A1", "A2", "A3"), lambda: _times(seen, mean)),
+            ("A4", lambda: _delay(runs)),
+            ("A5", lambda: _shares(mean)),
+            ("A6", lambda: _total(seen, runs, mean)),
+        ]
+    )
+
+
+def settled(values: Array) -> float:
+    return float(values[-LATE:].mean())
+
+
+class Course(NamedTuple):
+    """A time over the cycles."""
+
+    first: float  # in cycle 1 [s]
+    late: float  # mean of the last ten cycles [s]
+    spread: float  # largest difference between two of these [% of their mean]
+
+    @property
+    def steady(self) -> bool:
+        return self.spread < STEADY
+
+
+def course(values: Array) -> Course:
+    late = settled(values)
+    spread = float(np.ptp(values[-LATE:])) / late
+    return Course(float(values[0]), late, 100.0 * spread)
+
+
+def _times(data: CycleData, mean: Cycles) -> list[Claim]:
+    per_second, free = cycle_runs.measured(data.literal), cycle_runs.measured(data.unlimited)
+    rise, again, fall = (course(v) for v in (mean.tau1, mean.tau2, mean.fall))
+    good = (
+        accepts("A1", rise.late) and rise.first > rise.late and rise.steady,
+        accepts("A2", again.late) and again.steady,
+        accepts("A3", fall.late) and fall.first < fall.late and fall.steady,
+    )
+    return [
+        stated(
+            "A1",
+            rise.late,
+            holds(good[0]),
+            course=rise,
+            per_second=float(np.nanmean(per_second.tau1[-LATE:])),
+            drift=data.unlimited.max(),
+            missed=int(np.isnan(free.tau1).sum()),
+            cycles=len(free.tau1),
+        ),
+        stated("A2", again.late, holds(good[1]), course=again),
+        stated(
+            "A3",
+            fall.late,
+            holds(good[2]),
+            course=fall,
+            more=1e3 * (mean.fall[-1] - mean.fall[-LATE]),
+            limit=band("A3")[1],
+        ),
+    ]
+
+
+def _delay(runs: list[Cycles]) -> Claim:
+    least = float(min((run.tau1 - run.tau2).min() for run in runs))
+    good = accepts("A4", least)
+    return stated("A4", least, holds(good), runs=len(runs), cycles=len(runs[0].tau1))
+
+
+def _shares(mean: Cycles) -> Claim:
+    n = np.arange(len(mean.first))
+    slopes = [float(np.polyfit(n, v, 1)[0]) for v in (mean.first, mean.last)]
+    early = [float(v[:LATE].mean()) for v in (mean.first, mean.last)]
+    late = [settled(v) for v in (mean.first, mean.last)]
+    good = (
+        min(slopes) > 0.0
+        and all(b > a for a, b in zip(early, late, strict=True))
+        and bool(np.all(mean.last > mean.first))
+    )
+    after = [float(np.polyfit(n[EARLY:], v[EARLY:], 1)[0]) for v in (mean.first, mean.last)]
+    top = [int(np.argmax(v)) + 1 for v in (mean.first, mean.last)]
+    return stated(
+        "A5",
+        [early[0], late[0], early[1], late[1]],
+        holds(good),
+        mean=mean,
+        early=early,
+        late=late,
+        slopes=slopes,
+        highest=(mean.first.max(), mean.last.max()),
+        top=top,
+        begin=EARLY + 1,
+        after=after,
+    )
+
+
+def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
+    total = mean.tau1 + mean.fall
+    per_run = np.array([float((run.tau1 + run.fall).mean()) for run in runs])
+    trend = cycle_runs.run_trend(per_run, data.room)
+    grows = float(np.polyfit(np.arange(len(total)), total, 1)[0]) > 0.0
+    grows = grows and settled(total) > float(total[0])
+    found = [float(total[0]), settled(total), 1e3 * trend.slope]
+    verdict = holds(grows and abs(trend.slope) <= trend.reach)
+    values = {"first": found[0], "late": found[1], "slope": found[2], "reach": 1e3 * trend.reach}
+    if not np.isfinite(data.room).all():
+        return stated("A6", found, verdict, "no-room", **values)
+    room = (data.room.min(), data.room.max())
+    return stated("A6", found, verdict, "room", room=room, **values)
+
+
+NAMES = {"tau1": "rise time tau1", "fall": "fall time"}
 LEVELS = ((149.0, BLUE, "s"), (150.0, RED, "o"), (151.0, GREEN, "^"), (152.0, PURPLE, "v"))
 
 
@@ -48,21 +171,14 @@ def _light(ax: Axes, values: Array) -> None:
     ax.plot(cycle, values.mean(axis=0), color=BLUE, linewidth=2.2, label="mean")
 
 
-def _time(column: str, name: str, meaning: str, claim: str, data: CycleData) -> Drawn:
+def _time(number: str, column: str, data: CycleData) -> Drawn:
     values = getattr(_measured(data), column)
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     _light(ax, values)
-    _printed(ax, printed(claim))
-    finish(ax, "", "cycle", f"{name.lower()} [s]", legend=True)
-    return Drawn(
-        f"{name} over the cycles",
-        f"Time {meaning}, {len(values)} runs with half an hour of rest between them. It settles "
-        f"at {_cycle_claims.settled(values.mean(axis=0)):.3f} s (mean of the last ten cycles); "
-        "dashed: the value that the thesis prints.",
-        figure,
-        (claim,),
-    )
+    _printed(ax, printed(CAPTIONS[number].claims[0]))
+    finish(ax, "", "cycle", f"{NAMES[column]} [s]", legend=True)
+    return captioned(number, figure, runs=len(values), settled=settled(values.mean(axis=0)))
 
 
 def _printed(ax: Axes, value: float) -> None:
@@ -80,18 +196,15 @@ def _rise(data: CycleData) -> Drawn:
     _light(delay, 1e3 * (runs.tau1 - runs.tau2))
     delay.set_ylim(bottom=0.0)
     finish(delay, "(b) delay", "cycle", "tau1 - tau2 [ms]")
-    return Drawn(
-        "Rise time tau2 over the cycles",
-        "(a) Time from the last sample at 0 counts to 149 counts. It settles at "
-        f"{_cycle_claims.settled(runs.tau2.mean(axis=0)):.3f} s. (b) The difference to tau1 is the "
-        f"time before the actuator answers: at least {1e3 * (runs.tau1 - runs.tau2).min():.0f} ms "
-        "in every cycle, so it cools fully.",
+    return captioned(
+        "D.10",
         figure,
-        ("A2", "A4"),
+        settled=settled(runs.tau2.mean(axis=0)),
+        delay=1e3 * (runs.tau1 - runs.tau2).min(),
     )
 
 
-def _total(data: CycleData) -> Drawn:
+def _rise_and_fall(data: CycleData) -> Drawn:
     runs, room = _measured(data), data.room
     total = runs.tau1 + runs.fall
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
@@ -117,17 +230,11 @@ def _total(data: CycleData) -> Drawn:
     by_run.margins(x=0.06)
     by_run.xaxis.get_major_locator().set_params(integer=True)
     about = "; the numbers are the room's temperature [degC], which is allowed for" if known else ""
-    return Drawn(
-        "Rise and fall together over the cycles",
-        "(a) tau1 and fall time added. (b) Its mean over each run: from run to run it changes by "
-        f"{1e3 * trend.slope:.2f} ± {1e3 * trend.reach:.2f} ms (95 %){about}.",
-        figure,
-        ("A6",),
-    )
+    return captioned("D.12", figure, slope=1e3 * trend.slope, reach=1e3 * trend.reach, about=about)
 
 
-def _share(which: int, name: str, bound: str, data: CycleData) -> Drawn:
-    both, window = shares(data.counts), f"{name} {cycle_runs.WINDOW}"
+def _share(number: str, which: int, data: CycleData) -> Drawn:
+    both = shares(data.counts)
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     cycle = np.arange(1, both[which].shape[1] + 1)
@@ -137,34 +244,20 @@ def _share(which: int, name: str, bound: str, data: CycleData) -> Drawn:
         )
     ax.set_ylim(-2.0, 1.08 * float(np.nanmax(both)))
     finish(ax, "", "cycle", "share of samples [%]", legend=True)
-    at = [level for level, _, _ in LEVELS].index(PEAK)
-    here = both[which][at]
-    return Drawn(
-        f"Share of the {window} samples at the set point",
-        f"The {window} samples {bound}: how many read 149, 150, 151 and 152 counts, mean of all "
-        f"runs, on the scale of both figures. At 150: "
-        f"{here[0]:.0f} % in cycle 1 and {_cycle_claims.settled(here):.0f} % over the last ten.",
-        figure,
-        ("A5",),
-    )
+    here = both[which][[level for level, _, _ in LEVELS].index(PEAK)]
+    return captioned(number, figure, window=cycle_runs.WINDOW, first=here[0], settled=settled(here))
 
 
-PROCEDURE = Procedure(
-    name="cycle-testing",
-    title="Cycle testing of the actuator",
-    sections=("Appendix D",),
-    channels=("cycle.encoder",),
-    ids=measured_by("cycle-testing"),
-    figures={
-        "D.9": partial(_time, "tau1", "Rise time tau1", "from the step to 149 counts", "A1"),
+PROCEDURE = procedure(
+    "cycle-testing",
+    {
+        "D.9": partial(_time, "D.9", "tau1"),
         "D.10": _rise,
-        "D.11": partial(_time, "fall", "Fall time", "from 150 counts to 0", "A3"),
-        "D.12": _total,
-        "D.13": partial(_share, 0, "first", "from reaching 150 counts on"),
-        "D.14": partial(_share, 1, "last", "before the output drops"),
+        "D.11": partial(_time, "D.11", "fall"),
+        "D.12": _rise_and_fall,
+        "D.13": partial(_share, "D.13", 0),
+        "D.14": partial(_share, "D.14", 1),
     },
-    diagrams=("D.2",),
-    seconds=2.0,
-    collect=collect,
-    claims=_cycle_claims.claims,
+    collect,
+    claims,
 )

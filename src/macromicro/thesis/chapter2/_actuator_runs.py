@@ -2,17 +2,175 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.hysteresis import Everett
+from macromicro.plant import micro, phase, wire
 from macromicro.plant.bench import Bench
 from macromicro.plant.flexure import GRAM_FORCE
-from macromicro.thesis.chapter2 import _calorimetry, _wire_tests
-from macromicro.thesis.chapter2._calorimetry import Scan
-from macromicro.thesis.chapter2._wire_tests import HOT, ROOM, Readings, Specimen, Turning
+from macromicro.plant.wire import Load, Wire
 from macromicro.thesis.chapter2.shape_memory import Alloy, detwinned, strain
+
+_HANGING = Load(0.0, 0.0, 0.0)
+ROOM, HOT = 25.0, 125.0
+
+
+class Specimen(NamedTuple):
+    wire: Wire
+    table: Everett
+    capacity: float
+
+    @property
+    def area(self) -> float:
+        """Cross-section [m^2], as measured with a caliper."""
+        return self.wire.area
+
+    @property
+    def length(self) -> float:
+        """Gauge length [m]: the cold wire without load."""
+        return self.wire.length
+
+
+class Readings(NamedTuple):
+    """Temperature [degC], load [N] and extension [m] of the cold, unloaded length; (points,)."""
+
+    temperature: Array
+    load: Array
+    extension: Array
+
+
+def specimen(bench: Bench) -> Specimen:
+    free = bench.wire._replace(stop=math.inf)
+    return Specimen(free, phase.table(bench.phase), bench.thermal.wire_capacity)
+
+
+def tested(s: Specimen, temperature: Array, load: Array) -> Readings:
+    """The wires led through temperatures [degC] and loads [N], from martensite without load.
+
+    Between two points both change together.
+    """
+    state = micro.cold_wire(s.wire, _HANGING, s.table, float(temperature[0]))
+    extension = np.empty(len(temperature))
+    for k, (t, force) in enumerate(zip(temperature.tolist(), load.tolist(), strict=True)):
+        state = wire.tempered(s.wire, Load(force, 0.0, 0.0), s.table, state, t)
+        contraction, _ = wire.geometry(s.wire, _HANGING, state.austenite, force)
+        extension[k] = -contraction
+    return Readings(np.array(temperature), np.array(load), extension)
+
+
+def path(*points: tuple[float, float], each: int = 160) -> tuple[Array, Array]:
+    """Temperatures [degC] and loads [N] along lines through (degC, gf), `each` points a line."""
+    t, gf = np.array(points, dtype=float).T
+    places = np.linspace(0.0, len(points) - 1.0, each * (len(points) - 1) + 1)
+    index = np.arange(len(points))
+    return np.interp(places, index, t), GRAM_FORCE * np.interp(places, index, gf)
+
+
+class Turning(NamedTuple):
+    """Start and finish [degC] of a transformation, by tangents, and the tangent's slope."""
+
+    start: float
+    finish: float
+    slope: float
+
+
+def tangents(temperature: Array, length: Array) -> Turning:
+    """Where the steepest tangent of a branch meets its first and last reading.
+
+    `length` over a `temperature` that runs one way. The tangent is a line through the readings
+    within 1.5 K of the steepest place.
+    """
+    t, y = np.asarray(temperature), np.asarray(length)
+    steep = int(np.argmax(np.abs(np.gradient(y, t))))
+    near = np.abs(t - t[steep]) <= 1.5
+    slope, level = np.polyfit(t[near], y[near], 1)
+    return Turning(float((y[0] - level) / slope), float((y[-1] - level) / slope), float(slope))
+
+
+def enclosed(x: Array, y: Array) -> float:
+    """Area that a path encloses, closed by a straight line; always positive."""
+    return abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
+
+
+DENSITY = 6450.0  # kg/m^3, NiTi
+RATE = 10.0 / 60.0  # K/s
+RESISTANCE = 100.0  # K/W
+LOW, HIGH = 5.0, 120.0
+DT = 0.2
+_LOOSE = Load(0.0, 0.0, 0.0)
+
+
+class Scan(NamedTuple):
+    """One direction of the ramp, shape (points,) each: furnace and sample [degC], heat flow [W]."""
+
+    furnace: Array
+    sample: Array
+    flow: Array
+    mass: float
+
+
+class Peak(NamedTuple):
+    """A peak of the trace, at temperatures of the sample [degC]."""
+
+    onset: float
+    top: float
+    end: float
+    heat: float  # area over the baseline [J/kg], positive for heat taken in
+
+
+def scan(s: Specimen) -> tuple[Scan, Scan]:
+    ramp = np.arange(LOW, HIGH, RATE * DT)
+    furnace = np.concatenate((ramp, ramp[::-1]))
+    sample = np.empty_like(furnace)
+    start = micro.cold_wire(s.wire, _LOOSE, s.table, LOW)
+    _ramped(s, start, furnace, sample)
+    flow = (furnace - sample) / RESISTANCE
+    mass = DENSITY * s.area * s.length
+    half = len(ramp)
+    return (
+        Scan(furnace[:half], sample[:half], flow[:half], mass),
+        Scan(furnace[half:], sample[half:], flow[half:], mass),
+    )
+
+
+def _ramped(s: Specimen, state: wire.WireState, furnace: Array, sample: Array) -> None:
+    for k in range(len(furnace)):
+        sample[k] = state.temperature
+        gain = (furnace[k] - state.temperature) / RESISTANCE * DT
+        state = wire.heated(s.wire, _LOOSE, s.table, state, gain, 0.0, s.capacity)
+
+
+def peak(trace: Scan, settled: float = 10.0, quiet: float = 4.0) -> Peak:
+    """The peak of one direction, by the usual constructions.
+
+    Baseline: a straight line between the mean flows over `quiet` [K] after the first
+    `settled` [K], in which the ramp settles, and over the last `quiet` [K]. Onset and end: the
+    steepest tangents before and after the top, extended to the baseline, averaged over 1 K.
+    """
+    t, flow = trace.sample, trace.flow
+    gone = np.abs(t - t[0])
+    first = (gone > settled) & (gone <= settled + quiet)
+    last = gone > gone[-1] - quiet
+    (t1, t2), (f1, f2) = ([float(c[part].mean()) for part in (first, last)] for c in (t, flow))
+    over = flow - (f1 + (t - t1) * (f2 - f1) / (t2 - t1))
+    inside = np.flatnonzero((gone > settled) & (gone < gone[-1] - 1.0))
+    sign = 1.0 if t[-1] > t[0] else -1.0
+    top = int(inside[np.argmax(sign * over[inside])])
+    heat = float(np.sum(over[gone > settled])) * DT / trace.mass
+    width = round(1.0 / (RATE * DT)) | 1
+    smooth = np.convolve(over, np.full(width, 1.0 / width), "same")
+    steep = np.gradient(smooth, DT * RATE * sign)
+    rise = inside[inside < top]
+    fall = inside[inside > top]
+    before = int(rise[np.argmax(steep[rise])])
+    after = int(fall[np.argmin(steep[fall])])
+    onset, end = (float(t[k] - smooth[k] / steep[k]) for k in (before, after))
+    return Peak(onset, float(t[top]), end, heat)
+
 
 # Figure 2.8: the load of the kiln [gf], and turning temperatures inside the loop [degC].
 LOAD = 30.0
@@ -22,7 +180,7 @@ PULLED_AT = (25.0, 90.0, 99.0, 103.0, 106.0, 120.0)
 MOST = 70.0
 # Figure 2.10: the load that is lifted and the one that stays [gf]; stresses of the law [Pa].
 LIFTED, STAYING = 30.0, 30.0
-HIGH, BIAS = 150e6, 100e6
+LAW_HIGH, BIAS = 150e6, 100e6
 
 
 class Law(NamedTuple):
@@ -57,25 +215,17 @@ class Principle(NamedTuple):
 
 
 def collect(bench: Bench) -> Principle:
-    s = _wire_tests.specimen(bench)
-    major = _wire_tests.tested(
-        s, *_wire_tests.path((ROOM, LOAD), (HOT, LOAD), (ROOM, LOAD), each=400)
-    )
+    s = specimen(bench)
+    major = tested(s, *path((ROOM, LOAD), (HOT, LOAD), (ROOM, LOAD), each=400))
     up, down = (
-        _wire_tests.tangents(major.temperature[part], major.extension[part])
+        tangents(major.temperature[part], major.extension[part])
         for part in (slice(0, 401), slice(400, None))
     )
-    minor = _wire_tests.tested(
-        s, *_wire_tests.path((ROOM, LOAD), *((t, LOAD) for t in MINOR), (ROOM, LOAD))
-    )
-    pulled = [
-        _wire_tests.tested(s, *_wire_tests.path((ROOM, 0.0), (t, 0.0), (t, MOST), (t, 0.0)))
-        for t in PULLED_AT
-    ]
+    minor = tested(s, *path((ROOM, LOAD), *((t, LOAD) for t in MINOR), (ROOM, LOAD)))
+    pulled = [tested(s, *path((ROOM, 0.0), (t, 0.0), (t, MOST), (t, 0.0))) for t in PULLED_AT]
     both = LIFTED + STAYING
-    cycle = _wire_tests.tested(
-        s,
-        *_wire_tests.path((ROOM, both), (HOT, both), (HOT, STAYING), (ROOM, STAYING), (ROOM, both)),
+    cycle = tested(
+        s, *path((ROOM, both), (HOT, both), (HOT, STAYING), (ROOM, STAYING), (ROOM, both))
     )
     return Principle(
         s,
@@ -86,7 +236,7 @@ def collect(bench: Bench) -> Principle:
         cycle,
         _bench_cycle(s, cycle),
         law_cycle(Alloy()),
-        _calorimetry.scan(s),
+        scan(s),
     )
 
 
@@ -103,7 +253,7 @@ def _bench_cycle(s: Specimen, r: Readings) -> Cycle:
 def _cycle(
     strains: Array, stresses: Array, states: tuple[int, int, int, int], lifted: float
 ) -> Cycle:
-    area = _wire_tests.enclosed(strains, stresses)
+    area = enclosed(strains, stresses)
     return Cycle(
         strains, stresses, states, area, lifted * float(strains[states[0]] - strains[states[1]])
     )
@@ -116,10 +266,10 @@ def law_cycle(alloy: Alloy, each: int = 100) -> Cycle:
     back to A as the next load is put on.
     """
     legs = (
-        (HIGH, HIGH, 0.0, 1.0),
-        (HIGH, BIAS, 1.0, 1.0),
+        (LAW_HIGH, LAW_HIGH, 0.0, 1.0),
+        (LAW_HIGH, BIAS, 1.0, 1.0),
         (BIAS, BIAS, 1.0, 0.0),
-        (BIAS, HIGH, 0.0, 0.0),
+        (BIAS, LAW_HIGH, 0.0, 0.0),
     )
     stresses, shares = (
         np.concatenate([np.linspace(leg[k], leg[k + 1], each, endpoint=False) for leg in legs])
@@ -134,7 +284,7 @@ def law_cycle(alloy: Alloy, each: int = 100) -> Cycle:
     strains = np.array(
         [strain(alloy, *v) for v in zip(stresses, shares, share, strict=True)], dtype=float
     )
-    return _cycle(strains, stresses, (0, each, 2 * each, 3 * each), HIGH - BIAS)
+    return _cycle(strains, stresses, (0, each, 2 * each, 3 * each), LAW_HIGH - BIAS)
 
 
 def loaded(alloy: Alloy, austenite: float, top: float, points: int = 200) -> Law:

@@ -30,8 +30,7 @@ class Filament(NamedTuple):
         float, Par("ohm*m", "resistivity of martensite (80 micro-ohm cm)", _LIT, positive=True)
     ] = 0.8e-6
     convection: Annotated[
-        float,
-        Par("W/(m^2*K)", "convection of so thin a wire in still air", positive=True),
+        float, Par("W/(m^2*K)", "convection of so thin a wire in still air", positive=True)
     ] = 100.0
     ambient: Annotated[float, Par("degC", "temperature of the air", "Section 5.2.2")] = 25.0
 

@@ -2,32 +2,127 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
-from macromicro.thesis.chapter2 import _preisach_runs
-from macromicro.thesis.chapter2._preisach_runs import EXTENT, FOD, Geometry, Stage, Trapezoid
-from macromicro.thesis.claims import Claim, measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.hysteresis import FodTable, Preisach, from_density
+from macromicro.hysteresis.pictures import staircase
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-QS = (ORANGE, GREEN, PURPLE)
+# The limiting triangle, alpha_0 = beta_0 = 1, and the grid of the model's table.
+EXTENT, STEP = 1.0, 0.01
+# u_1 to u_4 of Figures 2.13-2.16, and two more for a third trapezoid in Figure 2.17.
+INPUTS = (0.7, -0.5, 0.4, -0.1)
+FURTHER = (0.25, 0.1)
+# alpha' and beta' of Figure 2.19.
+FOD = (0.5, -0.3)
+CENTRE, SPREAD = 0.3, 0.35
 
-_MOVES = (
-    "Negative saturation, u = -beta_0: every relay is off. T is the limiting triangle; a relay is "
-    "a point (alpha, beta) above the diagonal.",
-    "The input has risen to u1: the relays with alpha below it are on, and L(t) is a level line.",
-    "The input has fallen to u2: the relays with beta above it are off again. L(t) has the corner "
-    "(alpha, beta) = (u1, u2).",
-    "The input has risen again, to u3 below u1: a second level link.",
-    "The input has fallen to u4 above u2: a second corner, (u3, u4). The corners are the input's "
-    "past extremes, which the model remembers.",
-)
+
+class Stage(NamedTuple):
+    u: float
+    f: float
+    beta: Array  # of the staircase L(t)
+    alpha: Array  # of the staircase L(t)
+    path: Array  # inputs and outputs on the way there, shape (2, points)
+
+
+class Trapezoid(NamedTuple):
+    """Q_k: its corners M_k, m_k and m_(k-1), and its weight."""
+
+    top: float
+    low: float
+    before: float
+    integrated: float  # over the density
+    readings: tuple[float, float]  # f_(M, m_k) and f_(M, m_(k-1)) of the model, for (2.10)
+
+    @property
+    def difference(self) -> float:
+        """(2.10): half the difference of the two readings."""
+        return 0.5 * (self.readings[0] - self.readings[1])
+
+
+class Geometry(NamedTuple):
+    stages: list[Stage]  # at u_0 = -beta_0 and after each of the inputs
+    trapezoids: list[Trapezoid]  # of the last stage
+    output: float  # f by (2.11) from them
+    major: Array  # inputs, rising and falling branch, shape (3, points)
+    fod: Array  # inputs and outputs down from alpha', shape (2, points)
+    corner: tuple[float, float, float]  # f_alpha', f_alpha'beta' and the weight of T(alpha', beta')
+
+
+def density(alpha: Array, beta: Array) -> Array:
+    """mu(alpha, beta), not normalised: a hill about (0.3, -0.3), symmetric as f+ = -f-."""
+    return np.asarray(
+        np.exp(-((alpha - CENTRE) ** 2 + (beta + CENTRE) ** 2) / (2.0 * SPREAD**2)), dtype=float
+    )
+
+
+def model() -> Preisach:
+    """The model: outputs from f- = -1 to f+ = 1, in negative saturation."""
+    table = from_density(density, -EXTENT, STEP, round(2.0 * EXTENT / STEP) + 1)
+    return Preisach(FodTable(table.lo, table.step, 2.0 * table.values, -1.0))
+
+
+def geometry() -> Geometry:
+    element = model()
+    stages = [_stage(element, np.array([[element.u], [element.f]]))]
+    for u in (*INPUTS, *FURTHER):
+        inputs = np.linspace(element.u, u, 101)
+        stages.append(_stage(element, np.stack((inputs, element.run(inputs)))))
+    corners, reader = element.corners.tolist(), model()
+    trapezoids, before = [], -EXTENT
+    whole = weight(EXTENT, -EXTENT)
+    for top, low in corners:
+        integrated = (weight(top, before) - weight(top, low)) / whole
+        readings = (fod(reader, top, low), fod(reader, top, before))
+        trapezoids.append(Trapezoid(top, low, before, integrated, readings))
+        before = low
+    output = -1.0 + sum(q.readings[0] - q.readings[1] for q in trapezoids)
+    alpha, beta = FOD
+    down = np.linspace(alpha, -EXTENT, 151)
+    curve = np.stack((down, [fod(reader, alpha, u) for u in down]))
+    corner = (fod(reader, alpha, alpha), fod(reader, alpha, beta), weight(alpha, beta) / whole)
+    return Geometry(stages, trapezoids, output, np.stack(element.table.major_loop), curve, corner)
+
+
+def fod(element: Preisach, alpha: float, beta: float) -> float:
+    """f_alpha'beta': from negative saturation up to `alpha`, down to `beta`; resets the model."""
+    element.reset()
+    element.step(alpha)
+    return element.step(beta)
+
+
+def weight(alpha: float, beta: float) -> float:
+    """The integral of the density over the triangle T(alpha, beta), not normalised."""
+    nodes, shares = np.polynomial.legendre.leggauss(64)
+    up = 0.5 * (alpha + beta) + 0.5 * (alpha - beta) * nodes
+    scale = SPREAD * math.sqrt(2.0)
+    inner = [math.erf((u + CENTRE) / scale) - math.erf((beta + CENTRE) / scale) for u in up]
+    hill = np.exp(-((up - CENTRE) ** 2) / scale**2)
+    return float(
+        0.25 * math.sqrt(math.pi) * scale * (alpha - beta) * np.sum(shares * hill * np.array(inner))
+    )
+
+
+def _stage(element: Preisach, path: Array) -> Stage:
+    beta, alpha = staircase(element)
+    return Stage(element.u, element.f, beta, alpha, path)
+
+
+QS = (ORANGE, GREEN, PURPLE)
 
 
 def plane(ax: Any, title: str) -> None:
@@ -113,11 +208,7 @@ def trapezoids(data: Geometry) -> Figure:
         trapezoid(left, q, colour)
         word(left, f"Q{k}", (0.5 * (q.before + q.low), 0.5 * (q.top + 0.5 * (q.before + q.low))))
         left.annotate(
-            f"(M{k}, m{k})",
-            (q.low, q.top),
-            xytext=(6, 5),
-            textcoords="offset points",
-            fontsize=8.5,
+            f"(M{k}, m{k})", (q.low, q.top), xytext=(6, 5), textcoords="offset points", fontsize=8.5
         )
     word(left, "m0", (-1.0, -1.13))
     total, ticks = -EXTENT, []
@@ -162,45 +253,28 @@ def trapezoid(ax: Any, q: Trapezoid, colour: str) -> None:
 
 
 def collect(lab: Lab) -> Geometry:
-    return _preisach_runs.collect()
+    return geometry()
 
 
-def claims(data: Geometry) -> list[Claim]:
-    return []
-
-
-def _plane(k: int, data: Geometry) -> Drawn:
-    stage = data.stages[k]
-    return Drawn(
-        "Preisach plane" if k == 0 else f"Preisach plane with u(t) = u{k}",
-        f"{_MOVES[k]} A model of a smooth relay density gives f = "
-        f"{stage.f:.4f} at u{k} = {stage.u:g}.",
-        step(data, k),
-    )
+def _plane(number: str, k: int, data: Geometry) -> Drawn:
+    return captioned(number, step(data, k), stage=data.stages[k])
 
 
 def _divided(data: Geometry) -> Drawn:
     last = data.stages[-1]
-    return Drawn(
-        "S+ divided into trapezoids",
-        f"After two more turns, at {data.stages[-2].u:g} and {last.u:g}. (b) What each trapezoid "
-        "adds to -f+, read off first-order descending curves of the model by (2.10). The sum "
-        f"(2.11) is {data.output:.6f}, the output of the model that was driven there "
-        f"{last.f:.6f}.",
-        trapezoids(data),
-    )
+    return captioned("2.17", trapezoids(data), before=data.stages[-2].u, last=last, data=data)
 
 
 def _difference(data: Geometry) -> Drawn:
     k = 2
     q = data.trapezoids[k - 1]
-    return Drawn(
-        "A trapezoid as the difference of two triangles",
-        f"Q{k} of Figure 2.17. (2.7) with (2.9): half the difference of f_M,m for m{k} and for "
-        f"m{k - 1}, ({q.readings[0]:.4f} - ({q.readings[1]:.4f})) / 2 = {q.difference:.5f}. The "
-        f"density integrated over Q{k}, apart from the model: {q.integrated:.5f}, which differs "
-        f"by {abs(q.difference / q.integrated - 1.0):.1e} of it, from the model's grid.",
+    return captioned(
+        "2.18",
         triangles(q, k),
+        k=k,
+        before=k - 1,
+        q=q,
+        apart=abs(q.difference / q.integrated - 1.0),
     )
 
 
@@ -230,38 +304,27 @@ def _fod(data: Geometry) -> Drawn:
     finish(ax, "", "input u", "output f", legend=True)
     ax.set_xticks(
         [-1, beta, 0, alpha, 1],
-        [
-            r"$-\beta_0$",
-            rf"$\beta' = {beta:g}$",
-            "0",
-            rf"$\alpha' = {alpha:g}$",
-            r"$\alpha_0$",
-        ],
+        [r"$-\beta_0$", rf"$\beta' = {beta:g}$", "0", rf"$\alpha' = {alpha:g}$", r"$\alpha_0$"],
     )
-    return Drawn(
-        "Notation of first-order descending curves",
-        f"From negative saturation up to alpha' = {alpha:g}, then down to beta' = {beta:g}: "
-        f"f_alpha' = {first:.4f}, f_alpha'beta' = {second:.4f}. Half their difference (2.8), "
-        f"{0.5 * (first - second):.5f}, is the weight of the triangle T(alpha', beta'); integrated "
-        f"over the density it is {integrated:.5f}.",
+    return captioned(
+        "2.19",
         figure,
+        alpha=alpha,
+        beta=beta,
+        first=first,
+        second=second,
+        half=0.5 * (first - second),
+        integrated=integrated,
     )
 
 
-PROCEDURE = Procedure(
-    name="preisach-geometry",
-    title="Geometry of the Preisach model",
-    sections=("2.4.1",),
-    channels=(),
-    ids=measured_by("preisach-geometry"),
-    figures={
-        **{f"2.{12 + k}": partial(_plane, k) for k in range(len(_MOVES))},
+PROCEDURE = procedure(
+    "preisach-geometry",
+    {
+        **{f"2.{12 + k}": partial(_plane, f"2.{12 + k}", k) for k in range(5)},
         "2.17": _divided,
         "2.18": _difference,
         "2.19": _fod,
     },
-    diagrams=("2.11",),
-    seconds=1.5,
-    collect=collect,
-    claims=claims,
+    collect,
 )

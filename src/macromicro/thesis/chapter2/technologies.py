@@ -8,8 +8,10 @@ from macromicro.design import costs
 from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
-from macromicro.thesis.claims import Claim, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.claims import Claim, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,10 +89,8 @@ def claims(_: None) -> list[Claim]:
 
 
 def _compared(_: None) -> Drawn:
-    return Drawn(
-        "Micro-positioning technologies",
-        "Costs with stage and sensors, without a controller, in US dollars. The micro-stage of the "
-        "thesis stands first, for comparison; the other rows are the thesis' table.",
+    return captioned(
+        "Table 2.1",
         Grid(
             ("technology", "accuracy", "range", "speed", "load", "cost"),
             [tuple(row) for row in table()],
@@ -102,11 +102,9 @@ def _parts(_: None) -> Drawn:
     parts: list[tuple[str, ...]] = [
         (name, f"{cost:g} USD") for name, cost in costs.MICRO_STAGE.items()
     ]
-    return Drawn(
-        "What the micro-stage costs",
-        "The sum is computed, the parts' prices are the thesis'.",
+    return captioned(
+        "Table 6.1",
         Grid(("part", "cost"), [*parts, ("total", f"{costs.total(costs.MICRO_STAGE):g} USD")]),
-        ("D9",),
     )
 
 
@@ -118,26 +116,16 @@ def _costs(_: None) -> Drawn:
         c = against.get(t.name)
         times, finer = ("", "") if c is None else (f"{c.cheapest:.1f}", f"{1.0 / c.accuracy:g}")
         rows.append((t.name, words(t).accuracy, words(t).cost, times, finer))
-    return Drawn(
-        "Cost of micro-positioning systems",
-        "The last two columns are ours: how many times as expensive as the micro-stage, and how "
-        "many times finer at least.",
+    return captioned(
+        "Table 6.2",
         Grid(
             ("technology", "accuracy", "cost", "times as expensive", "times finer, at least"), rows
         ),
-        ("D10",),
     )
 
 
 def _cost_against_accuracy(_: None) -> Drawn:
-    return Drawn(
-        "Cost against accuracy",
-        "Tables 2.1 (circles) and 6.2 (crosses): the tables differ in the price of two "
-        "technologies. Lines span the ranges that are given; the piezo stack's accuracy is given "
-        "as below 1 nm only, and drawn from there to the left.",
-        _plot(costs.micro_stage()),
-        ("D10",),
-    )
+    return captioned("Table 6.2 (plot)", _plot(costs.micro_stage()))
 
 
 def _plot(own: Technology) -> Figure:
@@ -164,20 +152,14 @@ def _plot(own: Technology) -> Figure:
     return figure
 
 
-PROCEDURE = Procedure(
-    name="technologies",
-    title="Micro-positioning technologies and their costs",
-    sections=("2.2", "6.4.3"),
-    channels=(),
-    ids=measured_by("technologies"),
-    figures={
+PROCEDURE = procedure(
+    "technologies",
+    {
         "Table 2.1": _compared,
         "Table 6.1": _parts,
         "Table 6.2": _costs,
         "Table 6.2 (plot)": _cost_against_accuracy,
     },
-    diagrams=(),
-    seconds=0.3,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

@@ -13,9 +13,11 @@ from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
 from macromicro.identify.hall import HallFit, calibrated
 from macromicro.lab.machine import Machine
 from macromicro.thesis import hall_ramps
-from macromicro.thesis.chapter3._sensor_claims import SENSITIVITY, SPAN
-from macromicro.thesis.claims import Claim, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
+from macromicro.thesis.claims import Claim, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 # Left out at either end, and the length of an end [mm].
 MARGIN, END = 0.05, 0.2
@@ -117,28 +119,14 @@ def draw(data: HallRuns) -> Drawn:
     finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
     lag = 1e6 * float(np.nanmedian(fit.between))
-    return Drawn(
-        "Position over the Hall sensor's reading",
-        f"Three runs up, three down, and their average, which lie on each other in (a); (b) shows "
-        f"how far each run is from the average, as means over {len(data.runs[0][0]) // MEANS} "
-        f"readings. Up and down are {2.0 * abs(lag):.1f} um apart, which is the sensor's lag. The "
-        f"slope is {found.mean:.2f} um/mV over the travel, {found.extended:.2f} and "
-        f"{found.contracted:.2f} um/mV through the last {END:g} mm at either end "
-        "(orange).",
+    return captioned(
+        "3.9",
         figure,
-        ("D6",),
+        readings=len(data.runs[0][0]) // MEANS,
+        apart=2.0 * abs(lag),
+        found=found,
+        end=END,
     )
 
 
-PROCEDURE = Procedure(
-    name="hall-calibration",
-    title="Calibration of the Hall sensor",
-    sections=("3.2.3",),
-    channels=("hall", "laser"),
-    ids=measured_by("hall-calibration"),
-    figures={"3.9": draw},
-    diagrams=(),
-    seconds=3.0,
-    collect=collect,
-    claims=claims,
-)
+PROCEDURE = procedure("hall-calibration", {"3.9": draw}, collect, claims)

@@ -6,20 +6,91 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from macromicro.design import flexure_sheet, hall_sensors, magnets
+from macromicro.design import flexure_sheet, hall_sensors, magnets, resolution
 from macromicro.design.flexure_sheet import GRAM_FORCE, Beam
-from macromicro.design.magnets import INCH
+from macromicro.design.resolution import INCH
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
-from macromicro.thesis.chapter3 import _sensor_claims
-from macromicro.thesis.chapter3._sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE
-from macromicro.thesis.claims import Claim, measured_by, printed_list
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.claims import Claim, band, holds, printed_list, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+
+SPAN, BITS = 5.0, 12  # V, beside the sign bit
+SENSITIVITY = 3.125e-3  # V/G, SS94B1
+SLOPE = 5000.0 / INCH  # G/m at the ends of travel, read off Figure 3.7
+MILLIMETRE = 1e-3
+
+
+def measured() -> list[Claim]:
+    return [_flexure(), *_bits(), _magnet(), *_sensor()]
+
+
+def _flexure() -> Claim:
+    whole = 1e3 * flexure_sheet.max_thickness(Beam(), 35 * GRAM_FORCE, 2e-3)
+    half = 1e3 * flexure_sheet.max_thickness(Beam(), 17.5 * GRAM_FORCE, 2e-3)
+    rate = flexure_sheet.stiffness(Beam(), 0.45e-3)
+    return stated(
+        "D1",
+        half,
+        within("D1", half),
+        whole=whole,
+        half=half,
+        rate=rate,
+        pull=rate * 4e-3 / GRAM_FORCE,
+    )
+
+
+def _bits() -> list[Claim]:
+    b = resolution.budget(SPAN, BITS, SENSITIVITY, SLOPE)
+    rows = (
+        ("D2", 1e3 * b.volts),
+        ("D3", b.field),
+        ("D4", 1e6 * resolution.metres_per_gauss(SLOPE)),
+        ("D5", 1e6 * b.position),
+    )
+    return [stated(key, value, within(key, value)) for key, value in rows]
+
+
+def _magnet() -> Claim:
+    """D7: for all magnets over 1 mm."""
+    found = [magnets.largest_change(m, MILLIMETRE).flux for m in magnets.TABLE_3_1]
+    best = magnets.ranking(magnets.TABLE_3_1, MILLIMETRE)[0].name
+    off = [
+        f"{m.name} {value:.0f} G against {printed:g} G"
+        for k, (m, value, printed) in enumerate(
+            zip(magnets.TABLE_3_1, found, printed_list("D7"), strict=True)
+        )
+        if not band("D7", k)[0] <= value <= band("D7", k)[1]
+    ]
+    return stated(
+        "D7",
+        found,
+        holds(not off and best == "103MG5"),
+        off="; ".join(off),
+        wide=magnets.largest_change(magnets.TABLE_3_1[5], 0.04 * INCH).flux,
+        best=best,
+    )
+
+
+def _sensor() -> list[Claim]:
+    floor = resolution.sensitivity_floor(4.0, 2 * 650.0)
+    needs = hall_sensors.Needs(650.0, floor)
+    names = [s.name for s in hall_sensors.suitable(hall_sensors.TABLE_3_2, needs)]
+    cheap = [
+        s.name for s in hall_sensors.suitable(hall_sensors.TABLE_3_2, needs._replace(cost=100.0))
+    ]
+    good = set(names) == set(printed_list("D8")) and "SS94B1" in cheap
+    return [
+        stated("D8", names, holds(good), cheap=" ".join(cheap)),
+        stated("D11", 1e3 * floor, within("D11", 1e3 * floor)),
+    ]
 
 
 CHOSEN = 0.45e-3  # m, Section 3.2.2
@@ -57,18 +128,19 @@ def flexure(data: Sheets) -> Drawn:
     load.legend(fontsize=7.5, loc="upper left", frameon=False)
     rate = flexure_sheet.stiffness(beam, CHOSEN)
     stress = flexure_sheet.bending_stress(beam, CHOSEN, HALF_STROKE)
-    return Drawn(
-        "Deflection of the flexure",
-        f"Aluminium beams of {1e3 * beam.length:g} by {1e3 * beam.width:g} mm. (a) The free end "
-        f"keeps its direction; bent by {1e3 * HALF_STROKE:g} mm it comes {1e6 * nearer:.0f} um "
-        "nearer. (b) A second beam that hangs from it takes that back, so the platform (lower end) "
-        "moves sideways only, twice as far; two such rows carry it. (c) (3.1) for the thickness "
-        f"chosen and for the greatest ones: the stated 35 gf at 2 mm allow {thick[1]:.3f} mm, half "
-        f"of that load {thick[0]:.3f} mm, near the 0.465 mm printed. The guide of "
-        f"{1e3 * CHOSEN:g} mm beams has {rate:.1f} N/m, {rate * STROKE / GRAM_FORCE:.1f} gf at "
-        f"{1e3 * STROKE:g} mm; the beams' greatest stress there is {1e-6 * stress:.0f} MPa.",
+    return captioned(
+        "3.6",
         figure,
-        ("D1",),
+        length=1e3 * beam.length,
+        width=1e3 * beam.width,
+        half_stroke=1e3 * HALF_STROKE,
+        nearer=1e6 * nearer,
+        thick=thick,
+        chosen=1e3 * CHOSEN,
+        rate=rate,
+        pull=rate * STROKE / GRAM_FORCE,
+        stroke=1e3 * STROKE,
+        stress=1e-6 * stress,
     )
 
 
@@ -113,26 +185,14 @@ def flux(data: Sheets) -> Drawn:
         at = side * end
         near = np.array([at - 0.6e-3, at + 0.6e-3])
         there = gauss(sensor, np.array([sensor.centre + at]))[0]
-        for rate, colour, name in (
-            (slope, RED, "slope there"),
-            (SLOPE, ORANGE, "5000 G/in"),
-        ):
+        for rate, colour, name in ((slope, RED, "slope there"), (SLOPE, ORANGE, "5000 G/in")):
             label = name if side < 0 else ""
             line(slide, 1e3 * near, there + rate * (near - at), colour, label, linestyle="--")
         slide.axvline(1e3 * at, color="0.5", linewidth=0.8, linestyle=":")
     finish(slide, "(b) slide-by", "distance from the middle [mm]", "flux [G]")
     slide.legend(fontsize=7.5, loc="lower right", frameon=False)
     steep = min(slopes) * INCH
-    return Drawn(
-        "Flux of the magnets",
-        "(a) The data sheets' readings in front of one magnet, thick where the flux changes most "
-        "over 1 mm. (b) Two magnets of opposite poles that slide by: what the sensor of the bench "
-        f"feels (bench truth, chosen to give the calibration of Figure 3.9; {1e3 * SENSITIVITY:g} "
-        f"mV/G; its output ends at 0 and 5 V), with its slope at ±0.08 in, {steep:.0f} G/in, "
-        "beside the 5000 G/in that the thesis reads off the data sheet of the 103MG5, now lost.",
-        figure,
-        ("D4", "D7"),
-    )
+    return captioned("3.7", figure, sensitivity=1e3 * SENSITIVITY, steep=steep)
 
 
 def gauss(sensor: Hall, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -153,7 +213,7 @@ class Sheets(NamedTuple):
 
 
 def collect(lab: Lab) -> Sheets:
-    return Sheets(_sensor_claims.claims(), lab.settings.sensors.hall)
+    return Sheets(measured(), lab.settings.sensors.hall)
 
 
 def claims(data: Sheets) -> list[Claim]:
@@ -171,13 +231,7 @@ def _budget(data: Sheets) -> Drawn:
         for key in BUDGET
         for c in (found[key],)
     ]
-    return Drawn(
-        "Resolution budget of Section 3.2.3 (ours)",
-        "The thesis gives these figures in its text. From the converter's step over the sensor's "
-        "sensitivity to the travel that one bit is worth where the flux changes least.",
-        Grid(("claim", "figure", "printed", "computed", "remark"), rows),
-        BUDGET,
-    )
+    return captioned("Table 3.3", Grid(("claim", "figure", "printed", "computed", "remark"), rows))
 
 
 def _magnets(data: Sheets) -> Drawn:
@@ -192,13 +246,7 @@ def _magnets(data: Sheets) -> Drawn:
     assert isinstance(claim.measured, list)
     rows.append(("most over 1 mm, computed", *(f"{v:.0f}" for v in claim.measured)))
     rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_list("D7"))))
-    return Drawn(
-        "Flux of seven magnets, head-on",
-        "Flux [G] at a distance [in], by the maker's curves as the thesis reads them. The last but "
-        "one row is worked out from the readings, straight lines in between. " + claim.reason,
-        Grid(("distance", *(m.name for m in sheets)), rows),
-        ("D7",),
-    )
+    return captioned("Table 3.1", Grid(("distance", *(m.name for m in sheets)), rows), claim=claim)
 
 
 def _sensors(data: Sheets) -> Drawn:
@@ -214,30 +262,25 @@ def _sensors(data: Sheets) -> Drawn:
         span = low if low == high else f"{low}-{high}"
         verdict = "; ".join(against) or "meets both"
         rows.append((sensor.name, field, span, f"~{sensor.cost:g}", verdict))
-    return Drawn(
-        "Hall effect sensors",
-        f"Needed: a range over {needs.field:g} G and {1e3 * needs.sensitivity:.2f} mV/G. "
-        + found["D8"].reason,
-        Grid(("sensor", "range [G]", "sensitivity [mV/G]", "cost [USD]", "judgement"), rows),
-        ("D8",),
+    headings = ("sensor", "range [G]", "sensitivity [mV/G]", "cost [USD]", "judgement")
+    return captioned(
+        "Table 3.2",
+        Grid(headings, rows),
+        field=needs.field,
+        sensitivity=1e3 * needs.sensitivity,
+        claim=found["D8"],
     )
 
 
-PROCEDURE = Procedure(
-    name="sensor-design",
-    title="Design of the flexure and of the position sensor",
-    sections=("3.2.2", "3.2.3"),
-    channels=(),
-    ids=measured_by("sensor-design"),
-    figures={
+PROCEDURE = procedure(
+    "sensor-design",
+    {
         "3.6": flexure,
         "Table 3.1": _magnets,
         "3.7": flux,
         "Table 3.2": _sensors,
         "Table 3.3": _budget,
     },
-    diagrams=(),
-    seconds=0.5,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

@@ -92,11 +92,7 @@ def collect(
         steps,
         initial,
         macro_design.collect(plant),
-        Square(
-            reference,
-            {name: r["macro_position"] for name, r in measured.items()},
-            tuned,
-        ),
+        Square(reference, {name: r["macro_position"] for name, r in measured.items()}, tuned),
         full_travel(settings, seed, run),
         unidentified,
     )

@@ -2,26 +2,140 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.design import steps
+from macromicro.design.steps import overshoot, rise_time, settling_time, swings
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
 from macromicro.lab.drive import DT
 from macromicro.recording import Recording
-from macromicro.thesis.chapter4 import (
-    _control_claims,
-    _control_runs,
-    _design,
-    _readings,
-    _tuning_figures,
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.chapter4 import _control_runs, _design, _readings
+from macromicro.thesis.chapter4._control_runs import (
+    HOLD,
+    LAWS,
+    TRAVEL,
+    MacroData,
+    Square,
+    counts_per_200_mm,
+    tracking,
 )
-from macromicro.thesis.chapter4._control_runs import HOLD, TRAVEL, MacroData, Square
-from macromicro.thesis.claims import measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.chapter4._readings import nrmse, sign_changes, sticking
+from macromicro.thesis.claims import (
+    DIFFERS,
+    Claim,
+    NotMeasured,
+    accepts,
+    holds,
+    judged,
+    stated,
+    within,
+)
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
+
+
+def claims(data: MacroData) -> list[Claim]:
+    return judged(
+        [
+            ("M9", lambda: pid(data.steps["pid"])),
+            ("M10", lambda: _initial(data)),
+            (("M11", "M11b"), _design.margins),
+            ("M12", lambda: _design.tuning(data.design)),
+            ("M13", lambda: _tuned(data)),
+            ("M14", lambda: full_move(data.steps["pd-tuned"])),
+            ("M15", lambda: ranking(data.square)),
+            ("M16", lambda: travel(data.travel)),
+        ]
+    )
+
+
+def _initial(data: MacroData) -> Claim:
+    if data.unidentified:
+        raise NotMeasured(data.unidentified)
+    return initial_pd(data.steps["pd-initial"], data.initial_model)
+
+
+def _tuned(data: MacroData) -> Claim:
+    if data.unidentified:
+        raise NotMeasured(data.unidentified)
+    return tuned_pd(data.square)
+
+
+def pid(run: Recording) -> Claim:
+    x, motor = run["macro_position"], run["motor"]
+    rise, stuck, turns = rise_time(x, TRAVEL), sticking(x, motor, TRAVEL, 3.0), sign_changes(motor)
+    swing = {
+        "turns": turns,
+        "seconds": len(x) * DT,
+        "reversals": _reversals(turns),
+        "over": overshoot(x, TRAVEL),
+    }
+    if stuck is None:
+        return stated("M9", rise, DIFFERS, "free", **swing)
+    good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
+    turned = "turns back" if stuck.back else "does not turn back"
+    return stated("M9", rise, holds(good), "stuck", stuck=stuck, turned=turned, **swing)
+
+
+def _reversals(turns: int) -> str:
+    if turns == 1:
+        return "one reversal, no limit cycle as the thesis reports it"
+    return f"{turns} reversals, where the thesis reports a limit cycle"
+
+
+def initial_pd(run: Recording, model: Array) -> Claim:
+    """M10 from the initial PD's step, on the bench and on the initial model."""
+    x = run["macro_position"]
+    over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
+    model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
+    good = accepts("M10", over, float(backs)) and model_over < 1.0 and model_backs == 0
+    return stated("M10", [over, float(backs)], holds(good), over=model_over, backs=model_backs)
+
+
+def tuned_pd(square: Square) -> Claim:
+    x = square.bench["pd-tuned"]
+    error, seen = nrmse(square.simulated, x), tracking(x, square.reference)
+    model = tracking(square.simulated, square.reference)
+    good = accepts("M13", error) and seen.arrived and seen.largest <= 1.0
+    wording = "arrived" if seen.arrived else "missed"
+    return stated("M13", error, holds(good), wording, seen=seen, model=model)
+
+
+def full_move(run: Recording) -> Claim:
+    time = settling_time(run["macro_position"], TRAVEL)
+    if math.isnan(time):
+        return stated("M14", time, DIFFERS, "late", travel=TRAVEL, seconds=len(run) * DT)
+    return stated("M14", time, within("M14", time), "arrived", rate=0.5 / time)
+
+
+def ranking(square: Square) -> Claim:
+    pid_, initial, tuned = (tracking(square.bench[name], square.reference) for name in LAWS)
+    good = tuned.settled <= initial.settled < pid_.settled
+    good = good and tuned.reversals < initial.reversals
+    return stated(
+        "M15",
+        [tuned.settled, initial.settled, pid_.settled],
+        holds(good),
+        tuned=tuned,
+        initial=initial,
+        pid=pid_,
+    )
+
+
+def travel(run: Recording) -> Claim:
+    """M16 from a full-travel move, by encoder and laser; NotMeasured if it is too short."""
+    gone = float(run["macro_position"].max() - run["macro_position"].min())
+    if gone < 0.5 * TRAVEL:
+        raise NotMeasured(f"the carriage moved only {gone:.0f} counts, too few to measure a pitch")
+    counts = counts_per_200_mm(run)
+    return stated("M16", counts, within("M16", counts), pitch=200e3 / counts)
+
 
 DEAD_ZONE = 3.0  # V
 ZOOMED = (0.45, 0.85)  # s after the step, Figure 4.20
@@ -29,7 +143,7 @@ BAND = 0.02  # of the move, M14
 AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
 
 
-def pid(data: MacroData) -> Drawn:
+def draw_pid(data: MacroData) -> Drawn:
     run = data.steps["pid"]
     x, motor = run["macro_position"], run["motor"]
     rows = slice(0, len(run))
@@ -45,15 +159,15 @@ def pid(data: MacroData) -> Drawn:
     axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     over, stuck = steps.overshoot(x, TRAVEL), _stuck(x, motor)
     rise = steps.rise_time(x, TRAVEL)
-    return Drawn(
-        "The benchmark PID",
-        f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
-        f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
-        f"comes after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
-        f"counts at once; {stuck}. The output changes its sign "
-        f"{_times(_readings.sign_changes(motor))} in all.",
+    return captioned(
+        "4.18",
         figure,
-        ("M9",),
+        travel=TRAVEL,
+        seconds=len(run) * run.dt,
+        rise=rise,
+        over=over,
+        stuck=stuck,
+        turns=_times(_readings.sign_changes(motor)),
     )
 
 
@@ -72,7 +186,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def initial_pd(data: MacroData) -> Drawn:
+def draw_initial_pd(data: MacroData) -> Drawn:
     run = data.steps["pd-initial"]
     x, t = run["macro_position"], run["t"]
     figure, axes = new(3.4, 1, 2)
@@ -86,15 +200,14 @@ def initial_pd(data: MacroData) -> Drawn:
     axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
     axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     backs, model_backs = (len(steps.swings(y, TRAVEL)) for y in (x, data.initial_model))
-    return Drawn(
-        "Initial nonlinear controller: bench and model",
-        f"Step of {TRAVEL:.0f} counts under the initial PD with the dead-zone inverse. The bench "
-        f"goes {steps.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
-        "arrival; the initial model, whose friction the inverse cancels, goes "
-        f"{steps.overshoot(data.initial_model, TRAVEL):.2f} counts over and reverses "
-        f"{model_backs} times.",
+    return captioned(
+        "4.20",
         figure,
-        ("M10",),
+        travel=TRAVEL,
+        over=steps.overshoot(x, TRAVEL),
+        backs=backs,
+        model_over=steps.overshoot(data.initial_model, TRAVEL),
+        model_backs=model_backs,
     )
 
 
@@ -114,7 +227,7 @@ def _target(ax: Any, square: Square, t: Array, rows: slice) -> None:
     line(ax, t[rows], square.reference[rows], BLACK, "target", linestyle="-.", linewidth=0.9)
 
 
-def tuned_pd(data: MacroData) -> Drawn:
+def draw_tuned_pd(data: MacroData) -> Drawn:
     """Figure 4.24, with the full-travel move in two panels."""
     square, run = data.square, data.steps["pd-tuned"]
     t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
@@ -133,15 +246,7 @@ def tuned_pd(data: MacroData) -> Drawn:
     settled = _full_move(axes[1, 0], run)
     counts = _travel(axes[1, 1], data.travel)
     error = _readings.nrmse(square.simulated, x)
-    return Drawn(
-        "Tuned nonlinear controller: bench and model",
-        "Decaying square wave under the tuned PD: target (dash-dot), tuned model (solid), bench "
-        f"(dotted); they differ by {error:.1f} % of the range (RMS). Beside the thesis' figure: "
-        f"(c) a move over the full travel, to within 2 % (grey) after {settled:.2f} s; (d) such a "
-        f"move by the laser over the encoder: {counts:.1f} counts in 200 mm.",
-        figure,
-        ("M13", "M14", "M16"),
-    )
+    return captioned("4.24", figure, error=error, settled=settled, counts=counts)
 
 
 def _full_move(ax: Any, run: Recording) -> float:
@@ -186,15 +291,13 @@ def comparison(data: MacroData) -> Drawn:
     axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
     seen = {law: _control_runs.tracking(square.bench[law], square.reference) for law in styles}
     errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
-    return Drawn(
-        "The three controllers on the bench",
-        "Decaying square wave: target (dash-dot), tuned PD (solid), initial PD (dotted), PID "
-        "(dashed). Mean error over the last 0.2 s of each level, in counts: "
-        f"{errors}. (b) Arrival at {target:.0f} counts: the initial PD overshoots and chatters "
-        f"({seen['pd-initial'].reversals} reversals at all levels together, tuned PD "
-        f"{seen['pd-tuned'].reversals}).",
+    return captioned(
+        "4.25",
         figure,
-        ("M15", "M10"),
+        errors=errors,
+        target=target,
+        initial=seen["pd-initial"].reversals,
+        tuned=seen["pd-tuned"].reversals,
     )
 
 
@@ -203,30 +306,24 @@ def collect(lab: Lab) -> MacroData:
 
 
 def _ratios(data: MacroData) -> Drawn:
-    return _tuning_figures.ratios(data.design)
+    return _design.ratios(data.design)
 
 
 def _frequencies(data: MacroData) -> Drawn:
-    return _tuning_figures.frequencies(data.design)
+    return _design.frequencies(data.design)
 
 
-PROCEDURE = Procedure(
-    name="macro-control",
-    title="Controllers of the macro-stage",
-    sections=("4.3.1", "4.3.2", "4.3.3", "4.3.4", "6.4.2"),
-    channels=("encoder", "laser"),
-    ids=measured_by("macro-control"),
-    figures={
-        "4.18": pid,
-        "4.20": initial_pd,
+PROCEDURE = procedure(
+    "macro-control",
+    {
+        "4.18": draw_pid,
+        "4.20": draw_initial_pd,
         "4.22": _ratios,
         "4.23": _frequencies,
-        "4.24": tuned_pd,
+        "4.24": draw_tuned_pd,
         "4.25": comparison,
     },
-    diagrams=("4.19", "4.21"),
-    seconds=2.5,
-    collect=collect,
-    claims=_control_claims.claims,
+    collect,
+    claims,
     arithmetic=_design.margins,
 )

@@ -14,13 +14,15 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.identify.deadzone import DeadZone
 from macromicro.models import macro
 from macromicro.recording import Recording
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.chapter4._friction_runs import Coulomb
-from macromicro.thesis.claims import Claim, holds, measured_by, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, holds, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 SHOWN = (2.6, 2.8, 2.85, 2.9, 3.0, 3.2)  # V, panels (a) and (b) of Figure 4.8, and (d)
@@ -95,16 +97,13 @@ def _coulomb(data: FrictionData) -> Drawn:
     _dots(ax, found.speeds, found.taken, "bench, moving", "o")
     _dots(ax, still, data.held, "bench, at rest", "x")
     finish(ax, "(b) friction, in volts", "speed [counts/s]", "friction [V]")
-    return Drawn(
-        "Coulomb friction: the model and the bench",
-        "Coulomb friction as input and output, referred to the motor's voltage. Dots: steady "
-        "states of the bench, and in (b) what is left of their voltage without the viscous part, "
-        f"speed / {found.gain:.0f} counts/s/V: {found.taken[moving].min():.3f} to "
-        f"{found.taken[moving].max():.3f} V at all speeds above zero. Crosses: voltages under "
-        f"which the carriage stood in some place. At rest friction takes up to {most:.2f} V; a "
-        "constant Coulomb friction has no such stiction.",
+    return captioned(
+        "4.4",
         figure,
-        ("M1",),
+        found=found,
+        least=found.taken[moving].min(),
+        largest=found.taken[moving].max(),
+        most=most,
     )
 
 
@@ -127,17 +126,7 @@ def _low_voltages(data: FrictionData) -> Drawn:
         axes[0, 0].text(2.45, 90.0, note, fontsize=7.5, horizontalalignment="right")
     _thresholds(axes[1, 0], zone)
     _speeds(axes[1, 1], forward(data.runs, 0.0, MOVING))
-    return Drawn(
-        "Responses at low voltages",
-        "Position at constant low voltages, (a) from an end of the travel, (b) from the place "
-        "that the lowest voltage leaves: below the dead zone's width a run may creep, stop on "
-        "its way or go through, by where it begins. (c) The lowest voltage that moves on without "
-        "a pause to the end, by start and direction. (d) Speed over place of runs as in (a), "
-        "means of 40 ms: it rises and falls with the friction along the way. Width taken: "
-        f"{zone.width:g} V.",
-        figure,
-        ("M1",),
-    )
+    return captioned("4.8", figure, zone=zone)
 
 
 def _thresholds(ax: Any, zone: DeadZone) -> None:
@@ -188,32 +177,12 @@ def _characteristics(data: FrictionData) -> Drawn:
     finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
     for ax in axes[0]:
         ax.set_ylim(-1.6 * end, 1.6 * end)
-    return _figure_4_9(figure, width)
+    return captioned("4.9", figure, width=width, left=5.0 - width)
 
 
-def _figure_4_9(figure: Figure, width: float) -> Drawn:
-    return Drawn(
-        "Initial friction model and linearisation",
-        f"(a) The dead zone of {width:g} V that stands for friction, (b) its inverse in the "
-        "controller, which lifts every effort but zero by this width, (c) both in a row: the "
-        f"input itself. With the converter's limit of 5 V the inverse leaves ±{5.0 - width:g} V.",
-        figure,
-    )
-
-
-PROCEDURE = Procedure(
-    name="macro-friction",
-    title="Friction of the macro-stage",
-    sections=("4.2.1", "4.2.3"),
-    channels=("encoder",),
-    ids=measured_by("macro-friction"),
-    figures={
-        "4.4": _coulomb,
-        "4.8": _low_voltages,
-        "4.9": _characteristics,
-    },
-    diagrams=("4.3", "4.5", "4.6", "4.7"),
-    seconds=1.5,
-    collect=collect,
-    claims=claims,
+PROCEDURE = procedure(
+    "macro-friction",
+    {"4.4": _coulomb, "4.8": _low_voltages, "4.9": _characteristics},
+    collect,
+    claims,
 )

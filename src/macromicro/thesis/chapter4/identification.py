@@ -15,11 +15,13 @@ from macromicro.identify.records import average_runs, differentiated
 from macromicro.lab.drive import DT
 from macromicro.models import macro
 from macromicro.recording import Recording
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import _friction_runs, _identification_runs, _validation
 from macromicro.thesis.chapter4._identification_runs import MacroModel
 from macromicro.thesis.chapter4._validation import Case
-from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, holds, judged, printed, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 
 class IdentificationData(NamedTuple):
@@ -72,15 +74,7 @@ def _step(data: IdentificationData) -> Drawn:
     for ax in axes[0]:
         ax.legend(fontsize=7.5, loc="lower right", frameon=False)
     a, b = float(linear.a[0]), float(linear.b[0])
-    return Drawn(
-        "Response to steps of 1 V",
-        f"Mean of {len(data.steps[1.0])} steps of 1 V beyond the dead zone, alternately in both "
-        "directions: (a) position, (b) its difference quotient, with the speed model that MLS "
-        f"finds from it, {b:.2f}/(z - {-a:.5f}), and in (a) its sum. The noise is the "
-        "encoder's rounding, differentiated.",
-        figure,
-        ("M4a", "M4b", "M5", "M3"),
-    )
+    return captioned("4.11", figure, steps=len(data.steps[1.0]), b=b, pole=-a)
 
 
 def _responses(tuned: bool, data: IdentificationData) -> Drawn:
@@ -101,16 +95,7 @@ def _responses(tuned: bool, data: IdentificationData) -> Drawn:
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, fontsize=8, loc="lower center", ncols=2, frameon=False)
     figure.subplots_adjust(bottom=0.12, hspace=0.42)
-    caption = (
-        f"Position of the bench (solid) and of the {'tuned' if tuned else 'initial'} nonlinear "
-        "model (dotted) for square and sine waves before the dead-zone inverse; percentages: RMS "
-        "difference over the bench's range. "
-    )
-    if tuned:
-        caption += "The model is that of Figure 4.14, a0 and delta as identified here."
-        return Drawn("Bench and tuned nonlinear model", caption, figure, ("M8",))
-    caption += "The model was fitted to steps of 1 V and leaves the bench at other amplitudes."
-    return Drawn("Bench and initial nonlinear model", caption, figure, ("M7", "M8"))
+    return captioned("4.17" if tuned else "4.13", figure)
 
 
 def _jump_zone(found: MacroModel, volts: Array) -> Array:
@@ -152,16 +137,7 @@ def _friction_model(data: IdentificationData) -> Drawn:
     finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
     axes[0, 2].set_xlim(-2.2, 2.2)
     axes[0, 2].legend(fontsize=7.5, loc="upper left", frameon=False)
-    return Drawn(
-        "Tuned friction model and linearisation",
-        f"(a) The dead zone with a jump of a0 = {side.a0:.3f} V and a slope of delta = "
-        f"{side.delta:.3f} beyond, (b) the inverse in the controller as before, (c) both in a row, "
-        "with the dead zone without a jump as a dotted line. Dots: steady speeds of the bench over "
-        f"the linear model's gain, {zone.gain:.0f} counts/s/V, both directions together; the line "
-        "was drawn through the filled ones, 0.1 V and 1 V, the open one at 2 V was not used.",
-        figure,
-        ("M6a", "M6b", "M2", "M3", "M3b"),
-    )
+    return captioned("4.14", figure, side=side, zone=zone)
 
 
 def open_loop(found: MacroModel) -> list[Claim]:
@@ -186,9 +162,7 @@ def _linear(found: MacroModel) -> list[Claim]:
         stated("M4a", a, pole),
         stated("M4b", b, size, gain=gain),
         stated(
-            "M5",
-            [float(num[0]), float(den[0]), float(den[1])],
-            holds(pole == size == "reproduced"),
+            "M5", [float(num[0]), float(den[0]), float(den[1])], holds(pole == size == "reproduced")
         ),
     ]
 
@@ -202,20 +176,14 @@ def _jump(found: MacroModel) -> list[Claim]:
     ]
 
 
-PROCEDURE = Procedure(
-    name="macro-identification",
-    title="Open-loop models of the macro-stage",
-    sections=("4.1.1", "4.2.2", "4.2.4", "4.2.5"),
-    channels=("encoder",),
-    ids=measured_by("macro-identification"),
-    figures={
+PROCEDURE = procedure(
+    "macro-identification",
+    {
         "4.11": _step,
         "4.13": partial(_responses, False),
         "4.14": _friction_model,
         "4.17": partial(_responses, True),
     },
-    diagrams=("4.2", "4.10", "4.12", "4.15", "4.16"),
-    seconds=1.5,
-    collect=collect,
-    claims=claims,
+    collect,
+    claims,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,17 +10,98 @@ from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.hysteresis.table import FodTable
+from macromicro.identify import kiln as kiln_fit
 from macromicro.identify.kiln import Prediction, cleaned
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import _kiln_claims, kiln_runs
-from macromicro.thesis.chapter5._kiln_claims import KilnRuns
+from macromicro.thesis.captions import captioned
+from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.thesis.chapter5.actuator_fits import full_contraction
-from macromicro.thesis.claims import measured_by
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.chapter5.kiln_runs import KilnData
+from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+TRUTH = "true_thermocouple"
+ENCODER_MM = 0.014  # a count of the kiln's encoder, Section 5.2.1
+
+
+class KilnRuns(NamedTuple):
+    heated: KilnData  # as recorded
+    table: FodTable  # of Figure 5.8, from the heating cycles
+    predictions: list[Prediction]  # by (5.1), one for each new profile
+
+
+def identified(heated: KilnData) -> KilnRuns:
+    table = kiln_fit.fod_table([heated.curves])
+    return KilnRuns(heated, table, [kiln_fit.predicted(table, r) for r in heated.tests])
+
+
+class Spikes(NamedTuple):
+    """Effect of the smoothing; errors against the true temperature [K], NaN if unknown."""
+
+    spikes: int
+    changed: float  # share of the samples
+    largest: float  # change [K]
+    raw_max: float = np.nan
+    raw_rms: float = np.nan
+    smooth_rms: float = np.nan
+
+
+def spikes(recording: Recording) -> Spikes:
+    """Smoothing of Figure 5.4; its errors are NaN where the true temperature is not known."""
+    shown = recording["thermocouple"]
+    smooth = without_spikes(recording["t"], shown)
+    seen = Spikes(
+        smooth.spikes, float(smooth.replaced.mean()), float(np.abs(smooth.values - shown).max())
+    )
+    if TRUTH not in recording:
+        return seen
+    raw, left = shown - recording[TRUTH], smooth.values - recording[TRUTH]
+    return seen._replace(
+        raw_max=float(np.abs(raw).max()),
+        raw_rms=float(np.sqrt(np.mean(raw**2))),
+        smooth_rms=float(np.sqrt(np.mean(left**2))),
+    )
+
+
+def claims(runs: KilnRuns) -> list[Claim]:
+    return judged(
+        [
+            ("S1", lambda: _spikes(spikes(runs.heated.curves))),
+            ("S2", lambda: _preisach(runs)),
+            ("S6", lambda: _full(runs.table)),
+        ]
+    )
+
+
+def _spikes(s: Spikes) -> Claim:
+    share = 100.0 * s.changed
+    if not np.isfinite(s.smooth_rms):
+        return stated("S1", None, NOT_MEASURED, "unknown", seen=s, share=share)
+    verdict = within("S1", s.raw_max, s.smooth_rms)
+    return stated("S1", [s.raw_max, s.smooth_rms], verdict, "compared", seen=s, share=share)
+
+
+def _preisach(runs: KilnRuns) -> Claim:
+    worst = 100.0 * max(p.share for p in runs.predictions)
+    return stated("S2", worst, within("S2", worst), profiles=len(runs.predictions))
+
+
+def _full(table: FodTable) -> Claim:
+    full = full_contraction(table, ENCODER_MM / table.span)
+    return stated(
+        "S6",
+        full,
+        within("S6", full),
+        count=1e3 * ENCODER_MM,
+        share=100.0 * ENCODER_MM / table.span,
+        early=full_contraction(table),
+    )
 
 
 HOT = "temperature [degC]"
@@ -49,13 +130,7 @@ def _smoothing(runs: KilnRuns) -> Drawn:
     line(axes[1, 0], t, smooth.values, BLUE, "smoothed", linewidth=0.8)
     finish(axes[0, 0], "(a) as measured", "", HOT)
     finish(axes[1, 0], "(b) smoothed", y=HOT)
-    return Drawn(
-        "Temperature profile with interference, and smoothed",
-        f"One heating cycle in the kiln, by the thermocouple on the top plate. {smooth.spikes} "
-        "spikes of interference were found by their slope and replaced by straight lines.",
-        figure,
-        ("S1",),
-    )
+    return captioned("5.5", figure, smooth=smooth)
 
 
 def _loop(runs: KilnRuns) -> Drawn:
@@ -76,14 +151,7 @@ def _loop(runs: KilnRuns) -> Drawn:
     finish(axes[0, 0], "(a) whole loop", HOT, SHORT, legend=True)
     finish(axes[0, 1], "(b) zoom: heating", HOT, SHORT)
     axes[0, 1].set(xlim=near, ylim=(float(x[inside].min()) - 0.1, float(x[inside].max()) + 0.1))
-    return Drawn(
-        "Hysteresis of the smoothed example, and its averages",
-        "Contraction against the temperature of Figure 5.5b. Diamonds are means over windows of "
-        f"at most {AVERAGED:g} degC: {len(u)} points for {len(t)} samples; in (a) every fourth is "
-        "drawn. The heating branch is on the right.",
-        figure,
-        ("S1",),
-    )
+    return captioned("5.6", figure, window=AVERAGED, points=len(u), samples=len(t))
 
 
 def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
@@ -104,14 +172,7 @@ def _curves(runs: KilnRuns) -> Drawn:
     ax.axvline(full, color=RED, linewidth=0.9, linestyle=":")
     ax.lines[-1].set_label(f"full contraction, {full:.1f} degC")
     finish(ax, "", HOT, SHORT, legend=True)
-    return Drawn(
-        "First-order descending curves",
-        f"All {len(curves)} curves as measured, smoothed and averaged, each from its maximum "
-        "M_k (dot) on while the kiln cools. The dotted line is where the rising branch is within "
-        "5 % of its end.",
-        figure,
-        ("S6",),
-    )
+    return captioned("5.7", figure, curves=len(curves))
 
 
 def _three_d(figure: Figure, ax: Any) -> None:
@@ -136,14 +197,7 @@ def _surface(runs: KilnRuns) -> Drawn:
         top, np.minimum(low, top), flat, cmap="viridis", rcount=26, ccount=51, linewidth=0.2
     )
     _three_d(figure, axes[0, 0])
-    return Drawn(
-        "Table of first-order curves",
-        "The look-up table: contraction after a maximum M_k and a fall to m_k, on "
-        f"{table.n} x {table.n} temperatures from {table.lo:.1f} to {table.hi:.1f} degC, of which "
-        "a part is drawn. There is no m_k above M_k.",
-        figure,
-        ("S6",),
-    )
+    return captioned("5.8", figure, table=table)
 
 
 def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> None:
@@ -163,13 +217,7 @@ def _comparison(runs: KilnRuns) -> Drawn:
     for k, p in enumerate(predictions):
         _pair(axes[k], p, "abcdefgh"[2 * k : 2 * k + 2], f"profile {k + 1}", k == 0)
     shares = " and ".join(f"{100.0 * p.share:.2f} %" for p in predictions)
-    return Drawn(
-        "Preisach model against new profiles",
-        "New temperature profiles with minor loops whose turning points are on no measured curve. "
-        f"The model sees the smoothed temperature only; RMS error {shares} of the stroke.",
-        figure,
-        ("S2",),
-    )
+    return captioned("5.9", figure, shares=shares)
 
 
 def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
@@ -192,12 +240,7 @@ def _examples(runs: KilnRuns) -> Drawn:
         inputs = np.linspace(u[0], u[-1], 200)
         ax.plot(inputs, table.curve(float(u[0]), inputs), color=color, linewidth=0.9)
     finish(ax, "", HOT, SHORT, legend=True)
-    return Drawn(
-        "First-order descending curves: examples",
-        f"{len(chosen)} of the {len(table.raw)} measured curves (dots, every third) and what the "
-        "table gives for the same maxima (lines).",
-        figure,
-    )
+    return captioned("D.5", figure, chosen=len(chosen), curves=len(table.raw))
 
 
 def _points(runs: KilnRuns) -> Drawn:
@@ -208,12 +251,7 @@ def _points(runs: KilnRuns) -> Drawn:
     f = np.concatenate([f for _, f in table.raw])
     axes[0, 0].scatter(top, low, f, c=f, cmap="viridis", s=3.0, depthshade=False)
     _three_d(figure, axes[0, 0])
-    return Drawn(
-        "Data of the first-order curves",
-        f"The {len(f)} points (M_k, m_k, f) as measured, before a table was made of them: one row "
-        "of points per heating cycle.",
-        figure,
-    )
+    return captioned("D.6", figure, points=len(f))
 
 
 def _another(runs: KilnRuns) -> Drawn:
@@ -226,27 +264,16 @@ def _another(runs: KilnRuns) -> Drawn:
     error = 1e3 * (p.model - p.profile.position)
     line(axes[1, 1], p.profile.t, error, BLACK, "model - measured", linewidth=0.6)
     finish(axes[1, 1], f"(d) profile {k + 1}", y="model - measured [um]")
-    return Drawn(
-        "Simulated and actual results",
-        f"Another new profile, RMS error {100.0 * p.share:.2f} % of the stroke: (a) over time, "
-        "(b) over temperature, (c) the smoothed temperature that the model sees, (d) what it "
-        "misses, of which the encoder's step of some 14 um is a part.",
-        figure,
-        ("S2",),
-    )
+    return captioned("D.7", figure, error=100.0 * p.share)
 
 
 def collect(lab: Lab) -> KilnRuns:
-    return _kiln_claims.identified(kiln_runs.collect(lab.kiln(), lab.seed))
+    return identified(kiln_runs.collect(lab.kiln(), lab.seed))
 
 
-PROCEDURE = Procedure(
-    name="kiln",
-    title="Hysteresis in the kiln",
-    sections=("5.2.1", "Appendix D"),
-    channels=("kiln.thermocouple", "kiln.encoder"),
-    ids=measured_by("kiln"),
-    figures={
+PROCEDURE = procedure(
+    "kiln",
+    {
         "5.5": _smoothing,
         "5.6": _loop,
         "5.7": _curves,
@@ -256,8 +283,6 @@ PROCEDURE = Procedure(
         "D.6": _points,
         "D.7": _another,
     },
-    diagrams=("5.4",),
-    seconds=5.0,
-    collect=collect,
-    claims=_kiln_claims.claims,
+    collect,
+    claims,
 )

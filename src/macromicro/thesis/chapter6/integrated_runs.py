@@ -261,11 +261,5 @@ def _bandwidth(runs: IntegratedRuns) -> Claim:
     time = cycle_time(runs)
     both = time.contraction + time.extension
     return stated(
-        "I6",
-        both,
-        reached("I6", both),
-        rate=1.0 / both,
-        range=RANGE_MM,
-        time=time,
-        squares=SQUARES,
+        "I6", both, reached("I6", both), rate=1.0 / both, range=RANGE_MM, time=time, squares=SQUARES
     )

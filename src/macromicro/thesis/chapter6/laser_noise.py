@@ -16,18 +16,11 @@ from macromicro.lab.machine import Machine
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
+from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import _electrothermal_runs
-from macromicro.thesis.claims import (
-    Claim,
-    accepts,
-    band,
-    holds,
-    judged,
-    measured_by,
-    stated,
-    within,
-)
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.claims import Claim, accepts, band, holds, judged, stated, within
+from macromicro.thesis.contents import procedure
+from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -153,16 +146,7 @@ def draw(runs: LaserRuns) -> Drawn:
         finish(ax, f"{name} held at {target:g} mm", y="laser - target [um]", legend=True)
     parts = np.array_split(rest["laser"], RECORDS)
     _amplitudes(axes[1, 1], runs, [amplitude(part) for part in parts])
-    return Drawn(
-        "Apparent noise of the laser",
-        "(a) The laser's reading with the whole system at rest; dashed: ±2 um. (b, c) The noisiest "
-        f"of {len(runs.calmer)} holds each with the laser in place of the Hall sensor, last 10 of "
-        f"{SETTLE_S + WINDOW_S:g} s: with a third of the integral gain "
-        "that the thesis prints, and with all of it, when the loop answers the noise. (d) Half "
-        "peak to peak of every record.",
-        figure,
-        ("I5", "I7"),
-    )
+    return captioned("6.6", figure, holds=len(runs.calmer), seconds=SETTLE_S + WINDOW_S)
 
 
 def _reading(ax: Axes, t: Array, values: Array, colour: str, label: str) -> None:
@@ -196,15 +180,4 @@ def _amplitudes(ax: Axes, runs: LaserRuns, rest: list[float]) -> None:
     ax.margins(x=0.04)
 
 
-PROCEDURE = Procedure(
-    name="laser-noise",
-    title="Noise of the laser",
-    sections=("6.4.1", "7"),
-    channels=("laser",),
-    ids=measured_by("laser-noise"),
-    figures={"6.6": draw},
-    diagrams=(),
-    seconds=1.0,
-    collect=collect,
-    claims=claims,
-)
+PROCEDURE = procedure("laser-noise", {"6.6": draw}, collect, claims)

@@ -5,27 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from macromicro.thesis.claims import (
-    CALIBRATED,
-    COMPUTED,
-    DIFFERS,
-    NOT_MEASURED,
-    PREDICTED,
-    REPRODUCED,
-    SET,
-    Claim,
-)
+from macromicro.thesis.claims import DIFFERS, NOT_MEASURED, REPRODUCED, Claim
+from macromicro.thesis.contents import KINDS
 from macromicro.thesis.reproduce import Result
 
-KINDS = {
-    CALIBRATED: "a parameter of the bench or a gain was chosen with this claim in view, the bench "
-    "was made to meet it, or it follows from claims for which that was so; that it is "
-    "met shows that the bench can behave so, and proves no more",
-    SET: "a setting of bench or controller fixes it; the measurement only gives the setting back",
-    COMPUTED: "a formula or a sum of the thesis, computed again; no bench is needed",
-    PREDICTED: "measured as the thesis did; by the project's history no parameter was chosen for "
-    "it, though others that were chosen for its neighbours bear on it",
-}
 FAILED = "procedure failed"
 
 

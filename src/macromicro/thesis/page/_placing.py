@@ -8,22 +8,9 @@ from typing import NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit
 from macromicro.thesis.claims import Claim
+from macromicro.thesis.contents import CHAPTERS
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import Result
-
-_TITLES = {
-    "2": "Background",
-    "3": "Experimental system description",
-    "4": "Macro-stage modelling and control",
-    "5": "Micro-stage modelling and control",
-    "6": "Results",
-    "7": "Conclusions",
-    "Appendix A": "Calorimetry of the wires",
-    "Appendix B": "Flexure guide",
-    "Appendix C": "Electrical schematic",
-    "Appendix D": "Conference paper",
-}
-
 
 _NUMBER = re.compile(r"([A-Z]|\d+)\.(\d+)")
 
@@ -89,7 +76,7 @@ def index(chapters: Sequence[Chapter]) -> list[Listed]:
     for panel in sorted(panels, key=lambda p: _order(p.exhibit.number)):
         name = _order(panel.exhibit.number)[1]
         heading = f"Chapter {name}" if name.isdigit() else f"Appendix {name}" if name else "Others"
-        title = _TITLES.get(name if name.isdigit() else heading, "")
+        title = CHAPTERS.get(name if name.isdigit() else heading, "")
         groups.setdefault(f"{heading}: {title}" if title else heading, []).append(
             (panel.exhibit, panel.anchor)
         )
@@ -123,7 +110,7 @@ def placed(
             heading = name if name.startswith("Appendix") else f"Chapter {name}"
             heading = heading if sections else "Other measurements"
             chapters[name] = Chapter(
-                heading, _TITLES.get(name, ""), anchors.take(heading.lower()), []
+                heading, CHAPTERS.get(name, ""), anchors.take(heading.lower()), []
             )
         panels = _panels(result.exhibits, own, everywhere, anchors)
         shown = {card.anchor for panel in panels for card in panel.cards}
