@@ -205,7 +205,7 @@ def calibrated(name: str, k: int) -> dict[str, Any]:
     machine, settings, bench = drawn(row, k)
     request = Request(
         machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench,
-        cogging=row.judge is ripple,
+        cogging=row.judge is ripple, reversals=row.judge is contour,
     )  # fmt: skip
     found = procedure.calibrate(request)
     return {"row": name, "bench": k, **row.judge(found, bench, k)}

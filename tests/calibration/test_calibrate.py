@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from tests.command import command
 
-from macromicro.calibration import checking, measuring, procedure
+from macromicro.calibration import checking, files, measuring, procedure
 from macromicro.calibration.procedure import Calibration, Request
 from macromicro.calibration.references import INSTRUMENTS, Instrument
 from macromicro.calibration.request import ready
-from macromicro.machines import compositions
+from macromicro.machines import compositions, programmes, runs
 from macromicro.recording import Recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
@@ -142,15 +142,35 @@ def test_a_check_of_another_stage_fails(tmp_path: Path) -> None:
     assert machine.name == "axis"
 
 
-def test_squareness_of_two_axes(tmp_path: Path) -> None:
+def test_squareness_and_reversals_of_two_axes(tmp_path: Path) -> None:
     text = (EXAMPLES / "xy-plotter.toml").read_text(encoding="utf-8")
-    found = calibrated(text, tmp_path, positions=9, runs=3)
+    found = calibrated(text, tmp_path, positions=9, runs=3, reversals=True)
     x, y = found.axes
     high = x.correction.across_high - x.correction.across_low
     slant = x.correction.across[-1] - x.correction.across[0]
     assert slant == pytest.approx(-high * math.radians(0.01), rel=0.1)
     assert x.correction.other == "y" and y.name == "y"
     assert np.quantile(truly(found), 0.95) < 1.5
+    off = contour(found, [own._replace(turn_effort=0.0, turn_damping=0.0) for own in both(found)])
+    assert contour(found, both(found)) < 0.8 * off
+    assert all(turn.after < 0.7 * turn.before for turn in found.turns)
+    assert "x error after reversals" in files.text(found)
+
+
+def both(found: Calibration) -> list[Any]:
+    return [own.correction for own in found.request.machine.trees(found.settings)]
+
+
+def contour(found: Calibration, corrections: list[Any]) -> float:
+    """Greatest true distance from the example circle, m."""
+    machine, settings = procedure.corrected(found.request.machine, found.settings, corrections)
+    plan = programmes.plan(machine, settings, programmes.chosen(machine, settings))
+    recording = runs.record(machine, settings, plan, warn=False).recording
+    (leg,) = (k for k, leg in enumerate(plan.legs) if leg.name == "arc")
+    own = (recording["move"] == leg) & (recording["phase"] == 1)
+    middle = 0.5 * settings.y.travel.high
+    x, y = (1e-3 * recording[f"true_{name}"][own] - middle for name in "xy")
+    return float(np.max(np.abs(np.hypot(x, y) - 0.8 * middle)))
 
 
 LINEAR = """machine = "axis"
@@ -208,6 +228,7 @@ def test_bad_requests_name_the_option(tmp_path: Path) -> None:
         (("--reference", "autocollimator"), "--reference"),
         (("--period", "5"), "--period"),
         (("--check",), "no corrections"),
+        (("--reversals",), "--reversals"),
         (("--rig", "twin+twin"), "--rig"),
     ):
         done = run("--config", file, *words, cwd=tmp_path)

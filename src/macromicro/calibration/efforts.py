@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.calibration import fitting, targets
-from macromicro.errors import MacromicroError
-from macromicro.machines import planning, runs
+from macromicro.calibration import fitting, measuring, targets
+from macromicro.machines import planning
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import MOVING
 from macromicro.place import of as place_of
+from macromicro.rig.session import Fixture
 
 SPEED = 0.01  # of the greatest; at most 5 mm/s, or 5 deg/s of a stage that turns
 SLOWEST = (5e-3, math.radians(5.0))  # m/s, rad/s
@@ -37,7 +38,13 @@ def slow(settings: Any) -> float:
     return float(min(SPEED * settings.motion.velocity, SLOWEST[int(place_of(settings).turns)]))
 
 
-def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) -> Passes:
+def passes(
+    machine: Machine,
+    settings: Any,
+    seed: int = 0,
+    bench: Any = None,
+    rigs: Sequence[Fixture] | None = None,
+) -> Passes:
     """Go slowly up and down, and record efforts and the own sensor's readings."""
     low, high = targets.span(settings)
     place = place_of(settings)
@@ -46,11 +53,10 @@ def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) ->
     fast = settings.motion.velocity
     ends = ((low, fast), (high, speed), (low, speed))
     plan = planning.stops(ends, targets.HOLD, settings, "the slow passes")
-    done = runs.record(machine, settings, plan, seed=seed, warn=False, bench=bench)
-    if done.outcome.fault is not None:
-        raise MacromicroError(f"the slow passes were ended: {done.outcome.fault.text}")
+    how: dict[str, Any] = {"seed": seed, "bench": bench, "rigs": rigs}
+    found = measuring.recorded(machine, settings, plan, "the slow passes", **how)
     wanted = ("move", "phase", "reading", "effort", "target_speed", "t")
-    move, phase, reading, effort, wish, t = (done.recording[name] for name in wanted)
+    move, phase, reading, effort, wish, t = (found[name] for name in wanted)
     steady = (phase == MOVING) & (move > 0) & (np.abs(wish) > 0.99 * speed * place.per)
     x = reading / place.per
     # Speed over 20 ms, or over 20 counts of the sensor.

@@ -84,6 +84,13 @@ class Correction(NamedTuple):
     effort_waves: Annotated[
         tuple[float, ...], Par("V", "its sine and cosine, then those of its harmonics", _MEASURED)
     ] = (0.0, 0.0)
+    turn_effort: Annotated[
+        float, Par("V", "effort taken off where a motion turns back", _MEASURED)
+    ] = 0.0
+    turn_damping: Annotated[float, Par("V*s/m", "effort added there, per speed", _MEASURED)] = 0.0
+    turn_way: Annotated[
+        float, Par("m", "way over which both fade", _MEASURED, shown="um", positive=True)
+    ] = 5e-6
     stop: Annotated[
         float,
         Par("m", "how far short of its set point the law stops", _MEASURED, shown="um"),
@@ -155,6 +162,9 @@ class Tables(NamedTuple):
     effort_down: Annotated[Array, Meaning("moving down", "V")]
     effort_period: Annotated[float, Meaning("of the effort that repeats", "m")]
     effort_waves: Annotated[Array, Meaning("its sines and cosines", "V")]
+    turn_effort: Annotated[float, Meaning("taken off where a motion turns back", "V")]
+    turn_damping: Annotated[float, Meaning("added there, per speed", "V*s/m")]
+    turn_way: Annotated[float, Meaning("over which both fade", "m")]
     slow: Annotated[float, Meaning("a slower set point has no direction", "m/s")]
     coast: Annotated[
         float,
@@ -174,6 +184,13 @@ class Tables(NamedTuple):
     friction: Annotated[float, Meaning("effort that the law adds against friction", "V")]
 
 
+class Turn(NamedTuple):
+    """The last reversal of a set point: state."""
+
+    rested: Annotated[float, Meaning("1: the set point is or was at rest since")] = 1.0
+    place: Annotated[float, Meaning("where it turned back; NaN: it came from rest", "m")] = math.nan
+
+
 class Flank(NamedTuple):
     """On which flank of its drive the load lies, or is about to: state."""
 
@@ -187,6 +204,7 @@ class Flank(NamedTuple):
     pushed: Annotated[
         float, Meaning("share of the time in which a push speeds up; 0: it is a crossing", "1")
     ] = 0.0
+    turn: Turn = Turn()
 
 
 class Reading(NamedTuple):
@@ -236,6 +254,9 @@ def tables(correction: Any, load: Load, stages: Sequence[str] = ()) -> Tables:
         np.array(p.effort_down),
         p.effort_period,
         np.array(p.effort_waves),
+        p.turn_effort,
+        p.turn_damping,
+        p.turn_way,
         _SLOW * load.velocity,
         load.coast if load.runs_ahead else math.inf,
         load.weight,
@@ -370,6 +391,31 @@ def _braked(p: Tables, target: Target, moves: float) -> bool:
 
 
 @kernel
+def _direction(p: Tables, target: Target) -> float:
+    """Of a set point that moves: 1 up, -1 down; 0: it is too slow to have one."""
+    if target.velocity > p.slow:
+        return 1.0
+    return -1.0 if target.velocity < -p.slow else 0.0
+
+
+@kernel
+def _rests(target: Target) -> bool:
+    return target.velocity == 0.0 and target.acceleration == 0.0
+
+
+@kernel
+def _turn(p: Tables, s: Flank, target: Target) -> Turn:
+    moves = _direction(p, target)
+    if _rests(target):
+        return Turn(1.0, math.nan)
+    if moves == 0.0:
+        return s.turn
+    if moves == s.direction:
+        return Turn(0.0, s.turn.place)
+    return Turn(0.0, math.nan if s.turn.rested > 0.5 else target.position)
+
+
+@kernel
 def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Flank:
     """The flank of a set point: where it changes, the drive begins to cross its backlash.
 
@@ -377,12 +423,8 @@ def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Fl
     the load runs ahead to the front flank, and comes to rest somewhere between. Once the set point
     is at rest, the drive pushes it the rest of the way.
     """
-    moves = 0.0
-    if target.velocity > p.slow:
-        moves = 1.0
-    elif target.velocity < -p.slow:
-        moves = -1.0
-    rests = target.velocity == 0.0 and target.acceleration == 0.0
+    moves = _direction(p, target)
+    rests = _rests(target)
     direction = s.direction if moves == 0.0 else moves
     rear = 0.5 + 0.5 * direction
     if direction == 0.0 or (not rests and moves == 0.0):
@@ -401,9 +443,9 @@ def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Fl
     way = abs((share - aimed) * gap) + abs(wanted - off)
     if not rests:
         length = math.sqrt(_QUINTIC * way / p.acceleration)
-        return Flank(direction, share, aimed, off, wanted, t, length, 0.0)
+        return Flank(direction, share, aimed, off, wanted, t, length, 0.0, s.turn)
     length = 2.0 * math.sqrt(way / min(_BOUNCE * p.coast, p.acceleration))
-    return Flank(direction, share, aimed, off, wanted, t, max(length, p.least), 0.5)
+    return Flank(direction, share, aimed, off, wanted, t, max(length, p.least), 0.5, s.turn)
 
 
 @kernel
@@ -419,7 +461,9 @@ def aimed(
     """The set point of the reading at which the stage is at its set point."""
     if math.isnan(p.origin):
         return s, target
+    turn = _turn(p, s, target)
     s = _turned(p, s, target, degrees, t)
+    s = Flank(s.direction, s.begun, s.aimed, s.off, s.wanted, s.since, s.length, s.pushed, turn)
     done, speed, push = progress(s, t)
     share = s.begun + done * (s.aimed - s.begun)
     off = s.off + done * (s.wanted - s.off)
@@ -446,7 +490,14 @@ def aimed(
 
 
 @kernel
-def effort(p: Tables, s: Flank, target: Target, reading: float, t: float) -> float:
+def effort(
+    p: Tables,
+    s: Flank,
+    target: Annotated[Target, Meaning("set point of the position")],
+    aim: Annotated[Target, Meaning("set point of the reading")],
+    reading: float,
+    t: float,
+) -> float:
     """Effort against what repeats along the travel, by the direction of the set point.
 
     While it pushes, the drive is free until it meets the load: the law's effort against friction
@@ -458,10 +509,14 @@ def effort(p: Tables, s: Flank, target: Target, reading: float, t: float) -> flo
     up, _, _ = curve(p.low, p.effort_step, p.effort_up, r)
     down, _, _ = curve(p.low, p.effort_step, p.effort_down, r)
     value, _, _ = wave(p.effort_period, p.effort_waves, r)
+    if not math.isnan(s.turn.place):
+        left = math.exp(-abs(target.position - s.turn.place) / p.turn_way)
+        back = math.copysign(p.turn_effort, target.velocity)
+        value += left * (p.turn_damping * target.velocity - back)
     if s.pushed > 0.0 and t - s.since < s.length:
-        value -= math.copysign(p.friction, target.velocity)
-    if target.velocity > p.slow:
+        value -= math.copysign(p.friction, aim.velocity)
+    if aim.velocity > p.slow:
         return value + up
-    if target.velocity < -p.slow:
+    if aim.velocity < -p.slow:
         return value + down
     return value + 0.5 * (up + down)
