@@ -18,6 +18,8 @@ from macromicro.rig.session import Fixture
 
 SPEED = 0.01  # of the greatest; at most 5 mm/s, or 5 deg/s of a stage that turns
 SLOWEST = (5e-3, math.radians(5.0))  # m/s, rad/s
+STARTING = 0.05  # of a pass, in which friction and law settle
+AVERAGED, COUNTS = 0.1, 20.0  # s, or counts if that is longer, over which a speed is taken
 LONGEST = 30.0  # s; a pass covers no more of the travel than this takes
 TABLE = (3, 5, 9, 17)
 POINTS = 4000  # of a fit
@@ -30,7 +32,7 @@ class Passes(NamedTuple):
     place: Array  # m
     effort: Array  # V
     direction: Array
-    ripple: float  # RMS deviation of the speed from the set point's, m/s
+    ripple: float  # RMS deviation of the speed from the set point's once it is steady, m/s
 
 
 def slow(settings: Any) -> float:
@@ -57,18 +59,20 @@ def passes(
     found = measuring.recorded(machine, settings, plan, "the slow passes", **how)
     wanted = ("move", "phase", "reading", "effort", "target_speed", "t")
     move, phase, reading, effort, wish, t = (found[name] for name in wanted)
-    steady = (phase == MOVING) & (move > 0) & (np.abs(wish) > 0.99 * speed * place.per)
+    at_speed = (phase == MOVING) & (np.abs(wish) > 0.99 * speed * place.per)
+    steady = np.zeros(len(move), dtype=bool)
+    for way in (1, 2):
+        rows = np.flatnonzero(at_speed & (move == way))
+        steady[rows[round(STARTING * len(rows)) :]] = True
     x = reading / place.per
-    # Speed over 20 ms, or over 20 counts of the sensor.
     dt = float(settings.timing.period)
-    span = max(round(max(0.02, 20.0 * settings.encoder.pitch / speed) / dt), 1)
+    span = max(round(max(AVERAGED, COUNTS * settings.encoder.pitch / speed) / dt), 1)
     moved = np.full(len(x), np.nan)
     moved[span:] = (x[span:] - x[:-span]) / (t[span:] - t[:-span])
     inside = steady & np.isfinite(moved)
     inside[span:] &= steady[:-span]
     off = np.abs(moved[inside]) - speed
-    way = np.sign(wish)
-    return Passes(x[steady], effort[steady], way[steady], float(np.sqrt(np.mean(off**2))))
+    return Passes(x[steady], effort[steady], np.sign(wish)[steady], float(np.sqrt(np.mean(off**2))))
 
 
 def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[str, Any]:
