@@ -56,8 +56,8 @@ def test_the_reading_of_a_set_point_is_at_that_position(
 @given(places)
 def test_between_the_values_it_is_smooth_and_its_derivatives_are_true(x: float) -> None:
     p, h = tables(), 1e-6
-    low, high = (correction.deviation(p, x + k * h, 1.0, 20.0) for k in (-1, 1))
-    here = correction.deviation(p, x, 1.0, 20.0)
+    low, high = (correction.deviation(p, x + k * h, 1.0, 1e-5) for k in (-1, 1))
+    here = correction.deviation(p, x, 1.0, 1e-5)
     edge = any(abs(x - k * p.step) <= 2.0 * h for k in range(4))  # the curvature jumps there
     assert here[1] == pytest.approx((high[0] - low[0]) / (2.0 * h), abs=1e-2 if edge else 1e-5)
     if not edge:
@@ -165,6 +165,15 @@ def test_growth_counts_from_the_place_that_stays() -> None:
     for x, degrees, grown in ((0.07, 30.0, 5e-6), (0.02, 30.0, 0.0), (0.07, 20.0, 0.0)):
         place = correction.position(p, UP, x, (x,), degrees, 0.0)
         assert place - x == pytest.approx(grown, abs=1e-15)
+
+
+def test_a_stage_without_a_temperature_sensor_grows_with_the_time_since_its_start() -> None:
+    p = tables(Correction(warm_up=1e-4, warm_time=120.0, fixed=0.02))
+    for t in (0.0, 120.0, 3600.0):
+        grown = 1e-4 * (1.0 - math.exp(-t / 120.0)) * 0.05
+        place = correction.position(p, UP, 0.07, (0.07,), math.nan, t)
+        assert place - 0.07 == pytest.approx(grown, abs=1e-15)
+        assert aimed(p, UP, still(place), t).position == pytest.approx(0.07, abs=1e-10)
 
 
 def test_the_place_of_another_axis_counts_with_its_speed() -> None:

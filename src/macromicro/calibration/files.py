@@ -93,7 +93,7 @@ def _rounded(value: float) -> float:
 def _shown(unit: str, place: Place) -> tuple[float, str]:
     if unit == "m":
         return place.fines, place.fine
-    return (1e6, "um/m/K") if unit == "1/K" else (1e3, "mrad")
+    return {"1/K": (1e6, "um/m/K"), "1": (1e6, "um/m"), "rad": (1e3, "mrad")}[unit]
 
 
 def text(found: Calibration) -> str:

@@ -72,6 +72,13 @@ class Correction(NamedTuple):
     temperature: Annotated[float, Par("degC", "of the calibration", _MEASURED)] = 20.0
     cold: Annotated[float, Par("degC", "lowest temperature of the calibration", _MEASURED)] = -273.0
     hot: Annotated[float, Par("degC", "highest temperature of the calibration", _MEASURED)] = 1000.0
+    warm_up: Annotated[float, Par("1", "growth after a cold start until it is warm", _MEASURED)] = (
+        0.0
+    )
+    warm_time: Annotated[float, Par("s", "time constant of that", _MEASURED, positive=True)] = 600.0
+    warm_until: Annotated[
+        float, Par("s", "time after the start until which it was measured", _MEASURED, lo=0.0)
+    ] = 0.0
     effort_up: Annotated[
         tuple[float, ...], Par("V", "effort along the travel, moving up", _MEASURED)
     ] = (0.0, 0.0)
@@ -157,6 +164,8 @@ class Tables(NamedTuple):
     expansion: Annotated[float, Meaning("growth with temperature", "1/K")]
     fixed: Annotated[float, Meaning("place that stays where it is", "m")]
     temperature: Annotated[float, Meaning("of the calibration", "degC")]
+    warm_up: Annotated[float, Meaning("growth after a cold start until it is warm", "1")]
+    warm_time: Annotated[float, Meaning("time constant of that", "s")]
     effort_step: Annotated[float, Meaning("distance of the efforts' values", "m")]
     effort_up: Annotated[Array, Meaning("moving up", "V")]
     effort_down: Annotated[Array, Meaning("moving down", "V")]
@@ -249,6 +258,8 @@ def tables(correction: Any, load: Load, stages: Sequence[str] = ()) -> Tables:
         p.expansion,
         p.fixed,
         p.temperature,
+        p.warm_up,
+        p.warm_time,
         (p.high - p.low) / (len(p.effort_up) - 1),
         np.array(p.effort_up),
         np.array(p.effort_down),
@@ -304,26 +315,29 @@ def wave(period: float, waves: Array, x: float) -> tuple[float, float, float]:
 
 
 @kernel
-def _common(p: Tables, r: float, degrees: float) -> tuple[float, float, float]:
-    """What both flanks have in common: harmonics and growth."""
-    value, slope, bend = wave(p.period, p.waves, r)
+def growth(p: Tables, degrees: float, t: float) -> float:
+    """Growth since the calibration's temperature, or since a cold start."""
+    grown = 0.0
     if p.expansion != 0.0 and not math.isnan(degrees):
-        grows = p.expansion * (degrees - p.temperature)
-        value += grows * (r - p.fixed)
-        slope += grows
-    return value, slope, bend
+        grown = p.expansion * (degrees - p.temperature)
+    if p.warm_up != 0.0:
+        grown += p.warm_up * (1.0 - math.exp(-t / p.warm_time))
+    return grown
 
 
 @kernel
 def deviation(
-    p: Tables, r: float, share: float, degrees: float
+    p: Tables,
+    r: float,
+    share: Annotated[float, Meaning("of the upper flank", "1")],
+    grown: Annotated[float, Meaning("by which it has grown", "1")],
 ) -> tuple[float, float, float, float]:
     """Deviation at a reading, its slope and curvature, and the upper flank's less the lower's."""
     up, up_slope, up_bend = curve(p.low, p.step, p.up, r)
     down, down_slope, down_bend = curve(p.low, p.step, p.down, r)
-    value, slope, bend = _common(p, r, degrees)
-    value += share * up + (1.0 - share) * down
-    slope += share * up_slope + (1.0 - share) * down_slope
+    value, slope, bend = wave(p.period, p.waves, r)
+    value += grown * (r - p.fixed) + share * up + (1.0 - share) * down
+    slope += grown + share * up_slope + (1.0 - share) * down_slope
     bend += share * up_bend + (1.0 - share) * down_bend
     return value, slope, bend, up - down
 
@@ -377,7 +391,7 @@ def position(
     """The position at a reading, with the load on the flank where the set point has it."""
     if math.isnan(p.origin) or math.isnan(reading):
         return reading
-    value, _, _, _ = deviation(p, reading - p.origin, share_at(s, t), degrees)
+    value, _, _, _ = deviation(p, reading - p.origin, share_at(s, t), growth(p, degrees, t))
     off, _, _ = across(p, places)
     return reading + value + off
 
@@ -416,7 +430,7 @@ def _turn(p: Tables, s: Flank, target: Target) -> Turn:
 
 
 @kernel
-def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Flank:
+def _turned(p: Tables, s: Flank, target: Target, grown: float, t: float) -> Flank:
     """The flank of a set point: where it changes, the drive begins to cross its backlash.
 
     The drive pushes the load with its rear flank. Where the set point brakes harder than friction,
@@ -439,7 +453,7 @@ def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Fl
         return s
     done, _, _ = progress(s, t)
     share, off = s.begun + done * (s.aimed - s.begun), s.off + done * (s.wanted - s.off)
-    _, _, _, gap = deviation(p, target.position - p.origin, share, degrees)
+    _, _, _, gap = deviation(p, target.position - p.origin, share, grown)
     way = abs((share - aimed) * gap) + abs(wanted - off)
     if not rests:
         length = math.sqrt(_QUINTIC * way / p.acceleration)
@@ -461,8 +475,8 @@ def aimed(
     """The set point of the reading at which the stage is at its set point."""
     if math.isnan(p.origin):
         return s, target
-    turn = _turn(p, s, target)
-    s = _turned(p, s, target, degrees, t)
+    turn, grown = _turn(p, s, target), growth(p, degrees, t)
+    s = _turned(p, s, target, grown, t)
     s = Flank(s.direction, s.begun, s.aimed, s.off, s.wanted, s.since, s.length, s.pushed, turn)
     done, speed, push = progress(s, t)
     share = s.begun + done * (s.aimed - s.begun)
@@ -478,11 +492,11 @@ def aimed(
         wanted -= beside
         velocity -= beside_slope * others
         acceleration -= beside_bend * others * others
-    r = wanted - deviation(p, wanted, share, degrees)[0]
+    r = wanted - deviation(p, wanted, share, grown)[0]
     for _ in range(_ROUNDS):
-        value, slope, _, _ = deviation(p, r, share, degrees)
+        value, slope, _, _ = deviation(p, r, share, grown)
         r -= (r + value - wanted) / (1.0 + slope)
-    _, slope, bend, gap = deviation(p, r, share, degrees)
+    _, slope, bend, gap = deviation(p, r, share, grown)
     way, more = (s.aimed - s.begun) * gap, s.wanted - s.off
     v = (velocity - way * speed) / (1.0 + slope)
     a = (acceleration - way * push - bend * v * v) / (1.0 + slope)
