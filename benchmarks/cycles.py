@@ -111,11 +111,11 @@ _SHIM = """
 #include <math.h>
 #include "axis_correction.h"
 static CorrectionFlank flank;
-static StageLawTarget target;
+static StageLawTarget wanted, target;
 void begin(void) { axis_correction_begin(&flank); }
 float reading_at(float place, float t)
 {
-    const StageLawTarget wanted = {place, 0.0f, 0.0f, INFINITY};
+    wanted = (StageLawTarget){place, 0.0f, 0.0f, INFINITY};
     const float alone[] = {place}, still[] = {0.0f};
     const AxisCorrectionAimedOut out = axis_correction_aimed(
         &axis_correction_tables, &flank, &wanted, alone, still, 20.0f, t);
@@ -125,7 +125,8 @@ float reading_at(float place, float t)
 }
 float push_at(float reading, float t)
 {
-    return axis_correction_effort(&axis_correction_tables, &flank, &target, reading, t);
+    return axis_correction_effort(
+        &axis_correction_tables, &flank, &wanted, &target, reading, t);
 }
 """
 _CALLS = """
@@ -290,10 +291,9 @@ def _expected(one: Any, tree: Any, aims: Array, places: Array) -> Array:
     memory = law.start(gained, Sample(0.0, places[0]))
     for k, (aim, place) in enumerate(zip(aims, places, strict=True)):
         t = k * 1e-3
-        flank, target = correction.aimed(
-            tables, flank, Target(aim, 0.0, 0.0, math.inf), (aim,), (0.0,), 20.0, t
-        )
-        push = correction.effort(tables, flank, target, place, t)
+        wanted = Target(aim, 0.0, 0.0, math.inf)
+        flank, target = correction.aimed(tables, flank, wanted, (aim,), (0.0,), 20.0, t)
+        push = correction.effort(tables, flank, wanted, target, place, t)
         still = Target(target.position, 0.0, 0.0, math.inf)
         memory, effort = law.step(gained, memory, still, Sample(t, place), 1e-3)
         efforts.append(effort + push)

@@ -36,6 +36,7 @@ LYING = (
     .replace('incline = "90 deg"', 'incline = "0 deg"')
 )
 WARM = '\n[climate]\nrise = "10 K"\ntime = "120 s"\nexpansion = "12e-6 1/K"\nsensor = 1\n'
+COLD = WARM.replace("sensor = 1", "sensor = 0")
 BELT = """machine = "axis"
 [drive]
 kind = "belt"
@@ -107,6 +108,7 @@ def _estimates(found: Calibration, bench: Any) -> dict[str, float]:
     truths = {
         "periodic error": getattr(getattr(bench, "drive", None), "error", math.nan),
         "expansion": getattr(getattr(bench, "climate", None), "expansion", math.nan),
+        "growth after the start": _growth(bench),
     }
     held = {}
     fit = found.axes[0].fit
@@ -117,6 +119,11 @@ def _estimates(found: Calibration, bench: Any) -> dict[str, float]:
         if truth > 0.0 and not other:
             held[f"holds {each.name}"] = float(abs(each.value - truth) <= each.half)
     return held
+
+
+def _growth(bench: Any) -> float:
+    climate = getattr(bench, "climate", None)
+    return climate.expansion * climate.rise if climate is not None else math.nan
 
 
 def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
@@ -147,14 +154,15 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
 
 
 def ripple(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
-    """RMS deviation of the speed of slow passes, before and after."""
+    """Speed ripple of slow passes that cogging causes, before and after."""
     (each,) = found.ripple
     machine, settings = procedure.uncorrected(found.request.machine, found.request.settings)
     smooth = bench._replace(drive=bench.drive._replace(cogging=0.0))
     assert isinstance(machine, Machine)
     least = efforts.passes(machine, settings, seed, smooth).ripple
-    judged = {"before": each.before, "after": each.after, "least": least}
-    return judged | {"half": math.nan, "inside": math.nan}
+    whole = {"whole before": each.before, "whole after": each.after, "least": least}
+    before, after = (math.sqrt(max(v**2 - least**2, 0.0)) for v in (each.before, each.after))
+    return {"before": before, "after": after, "half": math.nan, "inside": math.nan} | whole
 
 
 def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
@@ -185,10 +193,12 @@ ROWS = (
         "2 um", at_rest),
     Row("warm", "the same, warmed by 10 K, with a sensor", LYING + WARM,
         (*SCREWS, "climate.expansion"), "3 um", at_rest),
+    Row("starting", "the same, warmed by 10 K after the start, without a sensor", LYING + COLD,
+        (*SCREWS, "climate.expansion", "climate.time"), "3 um", at_rest),
     Row("belt", "belt of 20 Hz, encoder at the motor, friction 3 N", BELT,
         ("drive.frequency", *FRICTION), "20 um, or said", at_rest),
-    Row("cogging", "speed ripple at 5 mm/s, RMS", LINEAR, ("drive.cogging", *FRICTION), "a fifth",
-        ripple, "um/s"),
+    Row("cogging", "speed ripple at 5 mm/s by cogging, RMS", LINEAR,
+        ("drive.cogging", *FRICTION), "a fifth", ripple, "um/s"),
     Row("xy", "`xy-plotter.toml`, contour of the example circle", PLOTTER,
         ("hidden.squareness", "x.friction.coulomb", "y.friction.coulomb"), "3 um", contour),
     Row("rotary", "rotary, error once a turn, at rest", TABLE,
@@ -205,7 +215,7 @@ def calibrated(name: str, k: int) -> dict[str, Any]:
     machine, settings, bench = drawn(row, k)
     request = Request(
         machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench,
-        cogging=row.judge is ripple,
+        cogging=row.judge is ripple, reversals=row.judge is contour,
     )  # fmt: skip
     found = procedure.calibrate(request)
     return {"row": name, "bench": k, **row.judge(found, bench, k)}
@@ -293,12 +303,15 @@ def table(found: list[dict[str, Any]]) -> str:
             "" if np.isnan(inside).all() else f"{100 * np.nanmean(inside):.0f} %",
         ]
         lines.append(f"| {' | '.join(cells)} |")
-    least = np.array([each["least"] for each in found if "least" in each])
-    if least.size:
+    rippled = [each for each in found if "least" in each]
+    if rippled:
+        names = ("whole before", "whole after", "least")
+        first, last, none = (1e6 * np.median([each[name] for each in rippled]) for name in names)
         lines += [
             "",
-            f"Without any cogging the same passes ripple by {1e6 * np.median(least):.3g} um/s "
-            f"(median; 95 %: {1e6 * np.quantile(least, 0.95):.3g}): what is left is friction.",
+            "Of the speed ripple, by the encoder over 0.1 s, the table has what cogging adds. The "
+            f"whole is {first:.3g} um/s before and {last:.3g} um/s after; without any cogging it "
+            f"is {none:.3g} um/s, from counts of the encoder.",
         ]
     held: dict[str, list[float]] = {}
     for each in found:

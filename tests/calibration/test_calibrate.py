@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from tests.command import command
 
-from macromicro.calibration import checking, measuring, procedure
+from macromicro.calibration import checking, efforts, files, measuring, procedure
 from macromicro.calibration.procedure import Calibration, Request
 from macromicro.calibration.references import INSTRUMENTS, Instrument
 from macromicro.calibration.request import ready
-from macromicro.machines import compositions
+from macromicro.machines import compositions, programmes, runs
 from macromicro.recording import Recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
@@ -142,15 +142,35 @@ def test_a_check_of_another_stage_fails(tmp_path: Path) -> None:
     assert machine.name == "axis"
 
 
-def test_squareness_of_two_axes(tmp_path: Path) -> None:
+def test_squareness_and_reversals_of_two_axes(tmp_path: Path) -> None:
     text = (EXAMPLES / "xy-plotter.toml").read_text(encoding="utf-8")
-    found = calibrated(text, tmp_path, positions=9, runs=3)
+    found = calibrated(text, tmp_path, positions=9, runs=3, reversals=True)
     x, y = found.axes
     high = x.correction.across_high - x.correction.across_low
     slant = x.correction.across[-1] - x.correction.across[0]
     assert slant == pytest.approx(-high * math.radians(0.01), rel=0.1)
     assert x.correction.other == "y" and y.name == "y"
     assert np.quantile(truly(found), 0.95) < 1.5
+    off = contour(found, [own._replace(turn_effort=0.0, turn_damping=0.0) for own in both(found)])
+    assert contour(found, both(found)) < 0.8 * off
+    assert all(turn.after < 0.7 * turn.before for turn in found.turns)
+    assert "x error after reversals" in files.text(found)
+
+
+def both(found: Calibration) -> list[Any]:
+    return [own.correction for own in found.request.machine.trees(found.settings)]
+
+
+def contour(found: Calibration, corrections: list[Any]) -> float:
+    """Greatest true distance from the example circle, m."""
+    machine, settings = procedure.corrected(found.request.machine, found.settings, corrections)
+    plan = programmes.plan(machine, settings, programmes.chosen(machine, settings))
+    recording = runs.record(machine, settings, plan, warn=False).recording
+    (leg,) = (k for k, leg in enumerate(plan.legs) if leg.name == "arc")
+    own = (recording["move"] == leg) & (recording["phase"] == 1)
+    middle = 0.5 * settings.y.travel.high
+    x, y = (1e-3 * recording[f"true_{name}"][own] - middle for name in "xy")
+    return float(np.max(np.abs(np.hypot(x, y) - 0.8 * middle)))
 
 
 LINEAR = """machine = "axis"
@@ -171,7 +191,12 @@ pitch = "0.5 um"
 def test_slow_passes_learn_the_cogging(tmp_path: Path) -> None:
     found = calibrated(LINEAR, tmp_path, positions=6, cogging=True)
     (ripple,) = found.ripple
-    assert ripple.after < ripple.before / 4.0
+    machine, settings = procedure.uncorrected(found.request.machine, found.request.settings)
+    smooth = settings._replace(drive=settings.drive._replace(cogging=0.0))
+    least = efforts.passes(machine, settings, bench=smooth).ripple
+    # Beside what counts and friction do without any cogging.
+    assert ripple.after**2 - least**2 < (ripple.before**2 - least**2) / 16.0
+    assert least < 4e-6 and ripple.before < 12e-6  # the start from rest does not count
     correction = found.settings.correction
     assert correction.effort_period == pytest.approx(24e-3, rel=0.01)
     assert math.hypot(*correction.effort_waves[:2]) == pytest.approx(4.0 / 20.0, rel=0.05)
@@ -208,6 +233,7 @@ def test_bad_requests_name_the_option(tmp_path: Path) -> None:
         (("--reference", "autocollimator"), "--reference"),
         (("--period", "5"), "--period"),
         (("--check",), "no corrections"),
+        (("--reversals",), "--reversals"),
         (("--rig", "twin+twin"), "--rig"),
     ):
         done = run("--config", file, *words, cwd=tmp_path)

@@ -47,6 +47,18 @@ def test_what_a_screw_does_is_found_whatever_the_reference_drifts() -> None:
         assert known["reversal"].value == pytest.approx(-20e-6, abs=0.3e-6)
         assert known["periodic error"].value == pytest.approx(8e-6, abs=0.2e-6)
         assert found.residual < 0.3e-6 and found.model.period == 4e-3
+        assert found.model.time == 0.0
+
+
+@pytest.mark.parametrize("constant", [40.0, 150.0])
+def test_a_growth_since_the_start_is_found_without_a_temperature(constant: float) -> None:
+    made = data(5, drift=5e-9)
+    grown = 5e-5 * (1.0 - np.exp(-made.t / constant)) * made.x
+    found = fitting.fit(made._replace(deviation=made.deviation + grown), [4e-3])
+    known = {each.name: each for each in found.estimates}["growth after the start"]
+    assert abs(known.value - 5e-5) < known.half < 2e-5
+    assert found.model.time == pytest.approx(constant, rel=0.3)
+    assert found.correction.warm_until == made.t[-1] and found.residual < 0.3e-6
 
 
 def test_a_period_that_nobody_names_is_found() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.control import correction
-from macromicro.control.correction import Correction, Flank, Load, Tables
+from macromicro.control.correction import Correction, Flank, Load, Tables, Turn
 from macromicro.control.stage_law import Target
 from macromicro.errors import InputError
 from macromicro.schema import config
@@ -55,8 +56,8 @@ def test_the_reading_of_a_set_point_is_at_that_position(
 @given(places)
 def test_between_the_values_it_is_smooth_and_its_derivatives_are_true(x: float) -> None:
     p, h = tables(), 1e-6
-    low, high = (correction.deviation(p, x + k * h, 1.0, 20.0) for k in (-1, 1))
-    here = correction.deviation(p, x, 1.0, 20.0)
+    low, high = (correction.deviation(p, x + k * h, 1.0, 1e-5) for k in (-1, 1))
+    here = correction.deviation(p, x, 1.0, 1e-5)
     edge = any(abs(x - k * p.step) <= 2.0 * h for k in range(4))  # the curvature jumps there
     assert here[1] == pytest.approx((high[0] - low[0]) / (2.0 * h), abs=1e-2 if edge else 1e-5)
     if not edge:
@@ -131,8 +132,8 @@ def test_while_it_pushes_the_position_is_behind_and_the_laws_friction_is_off() -
     early = correction.position(p, s, 0.05, (0.05,), math.nan, 1.001)
     assert early == pytest.approx(0.05 - 25e-6)
     up = Target(0.05, 0.001, 0.0, math.inf)
-    assert correction.effort(p, s, up, 0.05, 1.001) == pytest.approx(-LOAD.friction)
-    assert correction.effort(p, s, up, 0.05, 1.021) == 0.0
+    assert correction.effort(p, s, up, up, 0.05, 1.001) == pytest.approx(-LOAD.friction)
+    assert correction.effort(p, s, up, up, 0.05, 1.021) == 0.0
 
 
 @pytest.mark.parametrize("load", [LOAD._replace(weight=9.8), LOAD._replace(coast=math.inf)])
@@ -147,7 +148,7 @@ def test_without_a_known_place_nothing_is_corrected() -> None:
     target = Target(0.03, 0.1, 1.0, 0.2)
     assert aimed(p, UP, target) == target
     assert correction.position(p, UP, 0.03, (0.03,), 30.0, 0.0) == 0.03
-    assert correction.effort(p, UP, target, 0.03, 0.0) == 0.0
+    assert correction.effort(p, UP, target, target, 0.03, 0.0) == 0.0
     assert math.isnan(correction.position(tables(), UP, math.nan, (math.nan,), 20.0, 0.0))
 
 
@@ -164,6 +165,15 @@ def test_growth_counts_from_the_place_that_stays() -> None:
     for x, degrees, grown in ((0.07, 30.0, 5e-6), (0.02, 30.0, 0.0), (0.07, 20.0, 0.0)):
         place = correction.position(p, UP, x, (x,), degrees, 0.0)
         assert place - x == pytest.approx(grown, abs=1e-15)
+
+
+def test_a_stage_without_a_temperature_sensor_grows_with_the_time_since_its_start() -> None:
+    p = tables(Correction(warm_up=1e-4, warm_time=120.0, fixed=0.02))
+    for t in (0.0, 120.0, 3600.0):
+        grown = 1e-4 * (1.0 - math.exp(-t / 120.0)) * 0.05
+        place = correction.position(p, UP, 0.07, (0.07,), math.nan, t)
+        assert place - 0.07 == pytest.approx(grown, abs=1e-15)
+        assert aimed(p, UP, still(place), t).position == pytest.approx(0.07, abs=1e-10)
 
 
 def test_the_place_of_another_axis_counts_with_its_speed() -> None:
@@ -189,8 +199,41 @@ def test_efforts_follow_the_direction() -> None:
     middle = 0.1 + 0.2 * 0.51  # two values are a line
     for velocity, own in ((0.1, middle), (-0.1, -0.2), (0.0, 0.5 * (middle - 0.2))):
         target = Target(0.05, velocity, 0.0, math.inf)
-        found = correction.effort(p, UP, target, 0.051, 0.0)
+        found = correction.effort(p, UP, target, target, 0.051, 0.0)
         assert found == pytest.approx(own + wave)
+
+
+def turned_back() -> list[tuple[float, float]]:
+    """Speeds and efforts while a set point turns from 0.02 m/s to the other direction."""
+    p = tables(Correction(turn_effort=0.2, turn_damping=30.0, turn_way=10e-6))
+    s, rows = UP._replace(turn=Turn(0.0)), []
+    for k in range(300):
+        t = k * 1e-4
+        target = Target(0.02 * t - t * t, 0.0199 - 2.0 * t, -2.0, math.inf)
+        s, aim = correction.aimed(p, s, target, (target.position,), (0.0,), math.nan, t)
+        effort = correction.effort(p, s, target, aim, aim.position, t)
+        rows.append((target.velocity, effort))
+    return rows
+
+
+def test_where_a_motion_turns_back_friction_turns_round_gradually() -> None:
+    rows = turned_back()
+    after = [effort for speed, effort in rows if speed < 0.0]
+    assert all(effort == 0.0 for speed, effort in rows if speed > 0.0)
+    # Just turned, the effort is off; then the speed's share outweighs it, until both have faded.
+    assert after[0] == pytest.approx(0.2, rel=0.02)
+    assert min(after) < -0.005 and abs(after[-1]) < 1e-6
+    assert max(abs(b - a) for a, b in pairwise(after)) < 0.02  # no jump
+
+
+def test_a_motion_that_begins_at_rest_does_not_turn_back() -> None:
+    p = tables(Correction(turn_effort=0.2, turn_damping=30.0, turn_way=10e-6))
+    s, _ = correction.aimed(p, UP, still(0.05), (0.05,), (0.0,), math.nan, 0.0)
+    for k in range(1, 50):
+        t = k * 1e-4
+        target = Target(0.05 - t * t, -2.0 * t, -2.0, math.inf)
+        s, aim = correction.aimed(p, s, target, (0.05,), (0.0,), math.nan, t)
+        assert correction.effort(p, s, target, aim, 0.05, t) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -182,6 +182,27 @@ def test_wrong_files(tmp_path: Path) -> None:
         load_overrides(tmp_path / "a.csv", Toy())
 
 
+@pytest.mark.parametrize(
+    ("own", "included", "words"),
+    [
+        ("seed = 1", "[bench.heat]\nstop = '9 mm'", "part.toml, bench.heat.stop: '9 mm'"),
+        ("seed = 1", "[bench.heat]\nstroke = '1 mm'", "part.toml, bench.heat.stop: '3.98 mm'"),
+        ("seed = 1", "[bench.heat]\nstops = '1 mm'", "part.toml, bench.heat.stops"),
+        ("bench.heat.stop = '9 mm'", "[bench.heat]\nstop = '1 mm'", "own.toml, bench.heat.stop"),
+        ("seed = -1", "[bench.heat]\nstop = '1 mm'", "own.toml, seed"),
+    ],
+)
+def test_a_bad_value_names_the_file_that_says_it(
+    tmp_path: Path, own: str, included: str, words: str
+) -> None:
+    (tmp_path / "part.toml").write_text(included, encoding="utf-8")
+    file = tmp_path / "own.toml"
+    file.write_text(f'include = "part.toml"\n{own}\n', encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_overrides(file, Toy())
+    assert str(caught.value).startswith(f"{tmp_path}/{words}")
+
+
 class Derived(NamedTuple):
     mass: Annotated[float, Par("kg", "mass", positive=True)] = 2.0
     force: Annotated[float, Par("N", "force", positive=True)] = 4.0

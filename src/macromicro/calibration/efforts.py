@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.calibration import fitting, targets
-from macromicro.errors import MacromicroError
-from macromicro.machines import planning, runs
+from macromicro.calibration import fitting, measuring, targets
+from macromicro.machines import planning
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import MOVING
 from macromicro.place import of as place_of
+from macromicro.rig.session import Fixture
 
 SPEED = 0.01  # of the greatest; at most 5 mm/s, or 5 deg/s of a stage that turns
 SLOWEST = (5e-3, math.radians(5.0))  # m/s, rad/s
+STARTING = 0.05  # of a pass, in which friction and law settle
+AVERAGED, COUNTS = 0.1, 20.0  # s, or counts if that is longer, over which a speed is taken
 LONGEST = 30.0  # s; a pass covers no more of the travel than this takes
 TABLE = (3, 5, 9, 17)
 POINTS = 4000  # of a fit
@@ -29,7 +32,7 @@ class Passes(NamedTuple):
     place: Array  # m
     effort: Array  # V
     direction: Array
-    ripple: float  # RMS deviation of the speed from the set point's, m/s
+    ripple: float  # RMS deviation of the speed from the set point's once it is steady, m/s
 
 
 def slow(settings: Any) -> float:
@@ -37,7 +40,13 @@ def slow(settings: Any) -> float:
     return float(min(SPEED * settings.motion.velocity, SLOWEST[int(place_of(settings).turns)]))
 
 
-def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) -> Passes:
+def passes(
+    machine: Machine,
+    settings: Any,
+    seed: int = 0,
+    bench: Any = None,
+    rigs: Sequence[Fixture] | None = None,
+) -> Passes:
     """Go slowly up and down, and record efforts and the own sensor's readings."""
     low, high = targets.span(settings)
     place = place_of(settings)
@@ -46,23 +55,24 @@ def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) ->
     fast = settings.motion.velocity
     ends = ((low, fast), (high, speed), (low, speed))
     plan = planning.stops(ends, targets.HOLD, settings, "the slow passes")
-    done = runs.record(machine, settings, plan, seed=seed, warn=False, bench=bench)
-    if done.outcome.fault is not None:
-        raise MacromicroError(f"the slow passes were ended: {done.outcome.fault.text}")
+    how: dict[str, Any] = {"seed": seed, "bench": bench, "rigs": rigs}
+    found = measuring.recorded(machine, settings, plan, "the slow passes", **how)
     wanted = ("move", "phase", "reading", "effort", "target_speed", "t")
-    move, phase, reading, effort, wish, t = (done.recording[name] for name in wanted)
-    steady = (phase == MOVING) & (move > 0) & (np.abs(wish) > 0.99 * speed * place.per)
+    move, phase, reading, effort, wish, t = (found[name] for name in wanted)
+    at_speed = (phase == MOVING) & (np.abs(wish) > 0.99 * speed * place.per)
+    steady = np.zeros(len(move), dtype=bool)
+    for way in (1, 2):
+        rows = np.flatnonzero(at_speed & (move == way))
+        steady[rows[round(STARTING * len(rows)) :]] = True
     x = reading / place.per
-    # Speed over 20 ms, or over 20 counts of the sensor.
     dt = float(settings.timing.period)
-    span = max(round(max(0.02, 20.0 * settings.encoder.pitch / speed) / dt), 1)
+    span = max(round(max(AVERAGED, COUNTS * settings.encoder.pitch / speed) / dt), 1)
     moved = np.full(len(x), np.nan)
     moved[span:] = (x[span:] - x[:-span]) / (t[span:] - t[:-span])
     inside = steady & np.isfinite(moved)
     inside[span:] &= steady[:-span]
     off = np.abs(moved[inside]) - speed
-    way = np.sign(wish)
-    return Passes(x[steady], effort[steady], way[steady], float(np.sqrt(np.mean(off**2))))
+    return Passes(x[steady], effort[steady], np.sign(wish)[steady], float(np.sqrt(np.mean(off**2))))
 
 
 def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from macromicro.calibration import _pictures, iso
 from macromicro.calibration.measuring import Readings
 from macromicro.calibration.own_sensor import Own
 from macromicro.calibration.procedure import Axis, Calibration
+from macromicro.calibration.reversals import Turning
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import filled, saved
 from macromicro.machines import composite, tree
@@ -60,6 +61,11 @@ def _each(found: Calibration) -> Iterable[tuple[Axis, Place]]:
     return zip(found.axes, composite.places(found.request.machine), strict=True)
 
 
+def _turns(found: Calibration) -> Iterable[tuple[str, Place, Turning]]:
+    machine = found.request.machine
+    return zip(composite.names(machine), composite.places(machine), found.turns, strict=False)
+
+
 class Line(NamedTuple):
     """An error that was found, with its 95 % interval."""
 
@@ -87,7 +93,7 @@ def _rounded(value: float) -> float:
 def _shown(unit: str, place: Place) -> tuple[float, str]:
     if unit == "m":
         return place.fines, place.fine
-    return (1e6, "um/m/K") if unit == "1/K" else (1e3, "mrad")
+    return {"1/K": (1e6, "um/m/K"), "1": (1e6, "um/m"), "rad": (1e3, "mrad")}[unit]
 
 
 def text(found: Calibration) -> str:
@@ -103,6 +109,11 @@ def text(found: Calibration) -> str:
         for line in errors(found)
     ]
     lines += _ripples(found, composite.places(found.request.machine)[0])
+    lines += [
+        f"{name} error after reversals, RMS: {place.fines * turn.before:.3g} before, "
+        f"{place.fines * turn.after:.3g} {place.fine} after"
+        for name, place, turn in _turns(found)
+    ]
     return "\n".join([*lines, *found.remarks])
 
 
@@ -200,6 +211,10 @@ def as_json(found: Calibration) -> str:
         "table": [row._asdict() for row in rows(found)],
         "errors": [line._asdict() for line in errors(found)],
         "ripple": [each._asdict() for each in found.ripple],
+        "reversals": {
+            name: {"unit": place.fine} | {k: place.fines * v for k, v in turn._asdict().items()}
+            for name, place, turn in _turns(found)
+        },
         "remarks": found.remarks,
     }
     return json.dumps(plain(content, spelled=True), indent=2, allow_nan=False) + "\n"

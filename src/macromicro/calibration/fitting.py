@@ -17,6 +17,7 @@ SIZES = (2, 3, 5, 9, 17, 33, 65)  # values of a table
 ACROSS = (2, 3, 5)
 BETTER = 0.97  # a larger model must predict the held-out positions so much better
 FOLDS = 6
+TIMES = 8  # constants of a growth since the start that are tried, at most twice the duration
 WARMER = 0.5  # K; a smaller change of temperature shows no growth
 BLOCKS = 6  # of time at least, in each of which the reference may be off by as much
 DRIFT = 60.0  # s between the corners of the reference's drift
@@ -29,7 +30,7 @@ class Estimate(NamedTuple):
     name: str
     value: float
     half: float
-    unit: str  # of a slide: "m", "rad", "1/K"
+    unit: str  # of a slide: "m", "rad", "1/K", "1"
 
 
 class Model(NamedTuple):
@@ -40,6 +41,7 @@ class Model(NamedTuple):
     period: float  # of a deviation that repeats, m; 0: none
     across: int  # values of the table over the other axis; 0: none
     warm: bool
+    time: float = 0.0  # constant of a growth since the start, s; 0: none
 
 
 class Fit(NamedTuple):
@@ -113,6 +115,8 @@ def _columns(data: Data, model: Model) -> _Columns:
     if model.warm:
         degrees = data.temperature - data.temperature.mean()
         parts["growth"] = (degrees * data.x)[:, None]  # from the place 0
+    if model.time > 0.0:
+        parts["warming"] = ((1.0 - np.exp(-data.t / model.time)) * data.x)[:, None]
     parts["drift"] = _drift(data.t)
     edges = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
     spans = {name: slice(*edge) for name, edge in zip(parts, pairwise(edges), strict=True)}
@@ -180,11 +184,30 @@ def chosen(data: Data, periods: list[float]) -> Model:
         if best.period == 0.0:
             seen = [best._replace(period=p) for p in _spectrum(data, best)]
             best, score = _better(data, best, score, seen)
+        if not warm and best.time == 0.0 and data.t[-1] > 0.0:
+            growing = best._replace(time=_time(data, best))
+            best, score = _better(data, best, score, [growing])
     finer = [best._replace(gap=size) for size in SIZES if size <= best.size]
     best, score = _better(data, best, score, finer)
     if across:
         best, score = _better(data, best, score, [best._replace(across=n) for n in ACROSS[1:]])
     return best
+
+
+def _time(data: Data, model: Model) -> float:
+    """The time constant of a growth since the start that leaves least."""
+    from scipy.optimize import minimize_scalar
+
+    longest = 2.0 * float(data.t[-1])
+
+    def left(log: float) -> float:
+        matrix = _columns(data, model._replace(time=math.exp(log))).matrix
+        return float(np.sum((data.deviation - matrix @ solved(matrix, data.deviation)) ** 2))
+
+    edges = np.linspace(math.log(longest / 100.0), math.log(longest), TIMES)
+    k = min(max(int(np.argmin([left(log) for log in edges])), 1), TIMES - 2)
+    best = minimize_scalar(left, bounds=(edges[k - 1], edges[k + 1]), method="bounded")
+    return math.exp(float(best.x))
 
 
 def _spectrum(data: Data, model: Model) -> list[float]:
@@ -228,7 +251,11 @@ def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     left = data.deviation - columns.matrix @ found
     free = max(len(left) - columns.matrix.shape[1], 1)
     residual = float(math.sqrt(np.sum(left**2) / free))
-    errors = _errors(data, columns.matrix, left)
+    matrix = columns.matrix
+    if model.time > 0.0:  # that constant is a parameter as well
+        slower = data.t * np.exp(-data.t / model.time) * data.x
+        matrix = np.column_stack((matrix, slower / model.time))
+    errors = _errors(data, matrix, left)
     changes = _changes(data, model, columns, found, other)
     return Fit(
         model,
@@ -291,6 +318,9 @@ def _changes(
         made |= {"other": other, "across_low": low, "across_high": high, "across": values}
     if model.warm:
         made["expansion"] = float(found[columns.parts["growth"]][0])
+    if model.time > 0.0:
+        made |= {"warm_up": float(found[columns.parts["warming"]][0]), "warm_time": model.time}
+        made["warm_until"] = float(data.t[-1])
     if np.isfinite(data.temperature).all():
         made["temperature"] = float(data.temperature.mean())
         low, high = float(data.temperature.min()), float(data.temperature.max())
@@ -315,6 +345,10 @@ def _estimates(
     if model.warm:
         k = columns.parts["growth"].start
         rows.append(Estimate("expansion", float(found[k]), factor * float(errors[k]), "1/K"))
+    if model.time > 0.0:
+        k = columns.parts["warming"].start
+        half = factor * float(errors[k])
+        rows.append(Estimate("growth after the start", float(found[k]), half, "1"))
     if "across" in columns.parts and model.across == 2:
         k = columns.parts["across"].start
         across = 1.0 / (data.other_span[1] - data.other_span[0])

@@ -17,6 +17,7 @@ from macromicro.machines import composite, on_rig, open_rig, planning, runs, tre
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.sequence import HOLDING
 from macromicro.machines.stage import Kind
+from macromicro.recording import Recording
 from macromicro.rig.session import Fixture
 
 Progress = Callable[[int, int], None]
@@ -107,6 +108,28 @@ def measure(
     random = np.random.default_rng([seed, 230])
     seen = reference.read(rests[:, 0], rests[:, -len(starts) :] / scale, random)
     return _readings(machine, kinds, visits, rests, seen)
+
+
+def recorded(
+    machine: AnyMachine,
+    settings: Any,
+    plan: planning.Planned,
+    what: str,
+    *,
+    seed: int = 0,
+    bench: Any = None,
+    rigs: Sequence[Fixture] | None = None,
+) -> Recording:
+    """The recording of a plan that came to its end, on rigs or the simulated machine."""
+    if rigs is None:
+        how: dict[str, Any] = {"seed": seed, "warn": False, "bench": bench}
+        done = runs.record(machine, settings, plan, **how)
+    else:
+        rests = [fixture.rest for fixture in rigs]
+        done = on_rig.record(machine, settings, plan, on_rig.opened(rigs, seed), rests)
+    if done.outcome.fault is not None:
+        raise MacromicroError(f"{what} were ended: {done.outcome.fault.text}")
+    return done.recording
 
 
 class Noting:

@@ -9,11 +9,11 @@ import numpy as np
 from scipy import stats
 
 from macromicro.arrays import Array
-from macromicro.calibration import efforts, procedure, targets
+from macromicro.calibration import efforts, measuring, procedure, targets
 from macromicro.calibration.procedure import Request, Ripple
 from macromicro.control.correction import Correction
-from macromicro.errors import MacromicroError, ProblemError
-from macromicro.machines import planning, runs
+from macromicro.errors import ProblemError
+from macromicro.machines import planning
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import MOVING
 from macromicro.place import of as place_of
@@ -79,12 +79,10 @@ def backlash(machine: Machine, settings: Any, request: Request) -> Backlash | No
     for begin in np.linspace(span[0] + way, span[1] - 2.0 * way, REVERSALS).tolist():
         ends += [(begin, fast), (begin + way, speed), (begin, speed)]
     plan = planning.stops(ends, targets.HOLD, settings, "the reversals")
-    how: dict[str, Any] = {"seed": request.seed, "warn": False, "bench": request.bench}
-    done = runs.record(machine, settings, plan, **how)
-    if done.outcome.fault is not None:
-        raise MacromicroError(f"the reversals were ended: {done.outcome.fault.text}")
+    how: dict[str, Any] = {"seed": request.seed, "bench": request.bench, "rigs": request.rigs}
+    found = measuring.recorded(machine, settings, plan, "the reversals", **how)
     wanted = ("move", "phase", "reading", "effort")
-    move, phase, reading, effort = (done.recording[name] for name in wanted)
+    move, phase, reading, effort = (found[name] for name in wanted)
     gaps = []
     for k in range(REVERSALS):
         own = (move == 3 * k + 2) & (phase == MOVING)

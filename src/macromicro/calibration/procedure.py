@@ -11,13 +11,13 @@ import numpy as np
 from scipy import stats
 
 from macromicro.arrays import Array
-from macromicro.calibration import efforts, fitting, iso, measuring, targets
+from macromicro.calibration import efforts, fitting, iso, measuring, reversals, targets
 from macromicro.calibration.fitting import Fit
 from macromicro.calibration.measuring import Readings
 from macromicro.calibration.references import Instrument
+from macromicro.calibration.reversals import Turning
 from macromicro.control.cascade import Cascade
 from macromicro.control.correction import Correction
-from macromicro.errors import ProblemError
 from macromicro.machines import composite, correcting, sheets, tree
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.machine import Machine
@@ -44,6 +44,7 @@ class Request(NamedTuple):
     seed: int = 0
     periods: tuple[float, ...] = ()  # m, at which errors may repeat, beside those of the drive
     cogging: bool = False  # whether efforts along the travel are learned as well
+    reversals: bool = False  # whether efforts where a motion turns back are
     bench: Any = None  # settings of the simulated machine where the laws know others
     rigs: tuple[Fixture, ...] | None = None  # one a stage; None: the simulated machine
 
@@ -74,6 +75,7 @@ class Calibration(NamedTuple):
     verified: Readings  # with the corrections, at other positions
     remarks: tuple[str, ...]
     ripple: tuple[Ripple, ...] = ()
+    turns: tuple[Turning, ...] = ()
 
     @property
     def reference(self) -> str:
@@ -95,7 +97,8 @@ def calibrate(request: Request, tell: Tell = lambda title: None) -> Calibration:
     machine, settings = corrected(machine, settings, [f.correction for f in fits.values()])
     verified = verify(machine, settings, request, tell("verifying"))
     found = judged(request, machine, settings, fits, (before, measured, verified))
-    return with_efforts(found) if request.cogging else found
+    found = with_efforts(found) if request.cogging else found
+    return with_reversals(found) if request.reversals else found
 
 
 def from_readings(request: Request, given: Readings) -> Calibration:
@@ -116,15 +119,28 @@ def with_efforts(found: Calibration) -> Calibration:
     return found._replace(settings=settings, remarks=(*found.remarks, *remarks), ripple=(ripple,))
 
 
+def with_reversals(found: Calibration) -> Calibration:
+    """A calibration that also knows the efforts where a motion turns back."""
+    request = found.request
+    assert isinstance(request.machine, Composite)
+    what = (request.seed, request.bench, request.rigs)
+    settings, turns = reversals.learned(request.machine, found.settings, *what)
+    each = zip(composite.names(request.machine), turns, strict=True)
+    remarks = [
+        f"axis {name}: nothing to learn where its motion turns back"
+        for name, turn in each
+        if turn.after >= turn.before
+    ]
+    return found._replace(settings=settings, turns=turns, remarks=(*found.remarks, *remarks))
+
+
 def learned_efforts(request: Request, settings: Any) -> tuple[Any, Ripple, tuple[str, ...]]:
     """Settings that know the efforts along the travel, from slow passes."""
-    if not isinstance(request.machine, Machine):
-        raise ProblemError("--cogging", "only for a machine of one stage", "Leave it out.")
     made, own = measuring.ready(request.machine, settings)
     assert isinstance(made, Machine)
     correction, learned, seen = own.correction, own, []
     for k in range(_PASSES):
-        seen.append(efforts.passes(made, learned, request.seed + k, request.bench))
+        seen.append(efforts.passes(made, learned, request.seed + k, request.bench, request.rigs))
         if k + 1 < _PASSES:
             changes = efforts.fit(seen[-1], correction.low, correction.high, drive_periods(own))
             _, learned = corrected(made, own, [correction._replace(**changes)])
@@ -144,9 +160,10 @@ def intent(request: Request) -> str:
     ):
         low, high = place.told(own.travel.low), place.told(own.travel.high)
         ways.append(f"{f'axis {name}: ' if name else ''}between {low} and {high}")
+    circles = " and circles at full speed" if request.reversals else ""
     return (
-        f"calibration: {request.positions} positions, {request.runs} runs up and down, 3 times; "
-        f"{'; '.join(ways)}"
+        f"calibration: {request.positions} positions, {request.runs} runs up and down, 3 times"
+        f"{circles}; {'; '.join(ways)}"
     )
 
 

@@ -10,6 +10,7 @@ from macromicro.calibration.procedure import Request
 from macromicro.calibration.targets import RUNS
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines import composite, compositions, on_rig
+from macromicro.machines.composite import Composite
 from macromicro.place import LENGTH, Place
 from macromicro.rig.opening import TWIN
 from macromicro.schema import keys
@@ -30,6 +31,7 @@ def ready(
     seed: int = 0,
     *,
     cogging: bool = False,
+    reversals: bool = False,
     rig: str = TWIN,
 ) -> Request:
     """A checked request, before anything moves."""
@@ -43,6 +45,10 @@ def ready(
     assert config is not None
     machine, settings = compositions.load(config)
     place = composite.places(machine)[0]
+    if cogging and isinstance(machine, Composite):
+        raise ProblemError("--cogging", "only for a machine of one stage", "Leave it out.")
+    if reversals and not (isinstance(machine, Composite) and machine.has_plane):
+        raise ProblemError("--reversals", "only for a machine with a plane", "Leave it out.")
     keys.whole(positions, 5, MOST_POSITIONS, "--positions")
     keys.whole(runs, 2, MOST_RUNS, "--runs")
     lengths = tuple(quantity(text, place.base, "--period", place.unit) for text in periods)
@@ -54,7 +60,7 @@ def ready(
         for fixture in source:
             fixture.need("a calibration", CHANNEL)
     instrument = references.INSTRUMENTS[_named("" if reference == NONE else reference, place)]
-    what = (machine, settings, instrument, positions, runs, seed, lengths, cogging)
+    what = (machine, settings, instrument, positions, runs, seed, lengths, cogging, reversals)
     return Request(*what, rigs=source)
 
 

@@ -56,6 +56,12 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool,
         typer.Option("--cogging", help="Learn efforts along the travel as well, by slow passes."),
     ] = False,
+    reversals: Annotated[
+        bool,
+        typer.Option(
+            "--reversals", help="Learn efforts where motions turn back as well, by circles."
+        ),
+    ] = False,
     readings: Annotated[
         Path | None,
         typer.Option(
@@ -100,9 +106,8 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.runs import folder
 
     kinds = formats(figures)
-    request = ready(
-        config, reference, positions, runs, tuple(period or ()), seed, cogging=cogging, rig=rig
-    )
+    what = (config, reference, positions, runs, tuple(period or ()), seed)
+    request = ready(*what, cogging=cogging, reversals=reversals, rig=rig)
     moves = list_to is None and not by_hand and readings is None
     if request.rigs is not None and moves:
         agreed([procedure.intent(request)], f"--rig {rig}", yes=yes)

@@ -72,6 +72,13 @@ class Correction(NamedTuple):
     temperature: Annotated[float, Par("degC", "of the calibration", _MEASURED)] = 20.0
     cold: Annotated[float, Par("degC", "lowest temperature of the calibration", _MEASURED)] = -273.0
     hot: Annotated[float, Par("degC", "highest temperature of the calibration", _MEASURED)] = 1000.0
+    warm_up: Annotated[float, Par("1", "growth after a cold start until it is warm", _MEASURED)] = (
+        0.0
+    )
+    warm_time: Annotated[float, Par("s", "time constant of that", _MEASURED, positive=True)] = 600.0
+    warm_until: Annotated[
+        float, Par("s", "time after the start until which it was measured", _MEASURED, lo=0.0)
+    ] = 0.0
     effort_up: Annotated[
         tuple[float, ...], Par("V", "effort along the travel, moving up", _MEASURED)
     ] = (0.0, 0.0)
@@ -84,6 +91,13 @@ class Correction(NamedTuple):
     effort_waves: Annotated[
         tuple[float, ...], Par("V", "its sine and cosine, then those of its harmonics", _MEASURED)
     ] = (0.0, 0.0)
+    turn_effort: Annotated[
+        float, Par("V", "effort taken off where a motion turns back", _MEASURED)
+    ] = 0.0
+    turn_damping: Annotated[float, Par("V*s/m", "effort added there, per speed", _MEASURED)] = 0.0
+    turn_way: Annotated[
+        float, Par("m", "way over which both fade", _MEASURED, shown="um", positive=True)
+    ] = 5e-6
     stop: Annotated[
         float,
         Par("m", "how far short of its set point the law stops", _MEASURED, shown="um"),
@@ -150,11 +164,16 @@ class Tables(NamedTuple):
     expansion: Annotated[float, Meaning("growth with temperature", "1/K")]
     fixed: Annotated[float, Meaning("place that stays where it is", "m")]
     temperature: Annotated[float, Meaning("of the calibration", "degC")]
+    warm_up: Annotated[float, Meaning("growth after a cold start until it is warm", "1")]
+    warm_time: Annotated[float, Meaning("time constant of that", "s")]
     effort_step: Annotated[float, Meaning("distance of the efforts' values", "m")]
     effort_up: Annotated[Array, Meaning("moving up", "V")]
     effort_down: Annotated[Array, Meaning("moving down", "V")]
     effort_period: Annotated[float, Meaning("of the effort that repeats", "m")]
     effort_waves: Annotated[Array, Meaning("its sines and cosines", "V")]
+    turn_effort: Annotated[float, Meaning("taken off where a motion turns back", "V")]
+    turn_damping: Annotated[float, Meaning("added there, per speed", "V*s/m")]
+    turn_way: Annotated[float, Meaning("over which both fade", "m")]
     slow: Annotated[float, Meaning("a slower set point has no direction", "m/s")]
     coast: Annotated[
         float,
@@ -174,6 +193,13 @@ class Tables(NamedTuple):
     friction: Annotated[float, Meaning("effort that the law adds against friction", "V")]
 
 
+class Turn(NamedTuple):
+    """The last reversal of a set point: state."""
+
+    rested: Annotated[float, Meaning("1: the set point is or was at rest since")] = 1.0
+    place: Annotated[float, Meaning("where it turned back; NaN: it came from rest", "m")] = math.nan
+
+
 class Flank(NamedTuple):
     """On which flank of its drive the load lies, or is about to: state."""
 
@@ -187,6 +213,7 @@ class Flank(NamedTuple):
     pushed: Annotated[
         float, Meaning("share of the time in which a push speeds up; 0: it is a crossing", "1")
     ] = 0.0
+    turn: Turn = Turn()
 
 
 class Reading(NamedTuple):
@@ -231,11 +258,16 @@ def tables(correction: Any, load: Load, stages: Sequence[str] = ()) -> Tables:
         p.expansion,
         p.fixed,
         p.temperature,
+        p.warm_up,
+        p.warm_time,
         (p.high - p.low) / (len(p.effort_up) - 1),
         np.array(p.effort_up),
         np.array(p.effort_down),
         p.effort_period,
         np.array(p.effort_waves),
+        p.turn_effort,
+        p.turn_damping,
+        p.turn_way,
         _SLOW * load.velocity,
         load.coast if load.runs_ahead else math.inf,
         load.weight,
@@ -283,26 +315,29 @@ def wave(period: float, waves: Array, x: float) -> tuple[float, float, float]:
 
 
 @kernel
-def _common(p: Tables, r: float, degrees: float) -> tuple[float, float, float]:
-    """What both flanks have in common: harmonics and growth."""
-    value, slope, bend = wave(p.period, p.waves, r)
+def growth(p: Tables, degrees: float, t: float) -> float:
+    """Growth since the calibration's temperature, or since a cold start."""
+    grown = 0.0
     if p.expansion != 0.0 and not math.isnan(degrees):
-        grows = p.expansion * (degrees - p.temperature)
-        value += grows * (r - p.fixed)
-        slope += grows
-    return value, slope, bend
+        grown = p.expansion * (degrees - p.temperature)
+    if p.warm_up != 0.0:
+        grown += p.warm_up * (1.0 - math.exp(-t / p.warm_time))
+    return grown
 
 
 @kernel
 def deviation(
-    p: Tables, r: float, share: float, degrees: float
+    p: Tables,
+    r: float,
+    share: Annotated[float, Meaning("of the upper flank", "1")],
+    grown: Annotated[float, Meaning("by which it has grown", "1")],
 ) -> tuple[float, float, float, float]:
     """Deviation at a reading, its slope and curvature, and the upper flank's less the lower's."""
     up, up_slope, up_bend = curve(p.low, p.step, p.up, r)
     down, down_slope, down_bend = curve(p.low, p.step, p.down, r)
-    value, slope, bend = _common(p, r, degrees)
-    value += share * up + (1.0 - share) * down
-    slope += share * up_slope + (1.0 - share) * down_slope
+    value, slope, bend = wave(p.period, p.waves, r)
+    value += grown * (r - p.fixed) + share * up + (1.0 - share) * down
+    slope += grown + share * up_slope + (1.0 - share) * down_slope
     bend += share * up_bend + (1.0 - share) * down_bend
     return value, slope, bend, up - down
 
@@ -356,7 +391,7 @@ def position(
     """The position at a reading, with the load on the flank where the set point has it."""
     if math.isnan(p.origin) or math.isnan(reading):
         return reading
-    value, _, _, _ = deviation(p, reading - p.origin, share_at(s, t), degrees)
+    value, _, _, _ = deviation(p, reading - p.origin, share_at(s, t), growth(p, degrees, t))
     off, _, _ = across(p, places)
     return reading + value + off
 
@@ -370,19 +405,40 @@ def _braked(p: Tables, target: Target, moves: float) -> bool:
 
 
 @kernel
-def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Flank:
+def _direction(p: Tables, target: Target) -> float:
+    """Of a set point that moves: 1 up, -1 down; 0: it is too slow to have one."""
+    if target.velocity > p.slow:
+        return 1.0
+    return -1.0 if target.velocity < -p.slow else 0.0
+
+
+@kernel
+def _rests(target: Target) -> bool:
+    return target.velocity == 0.0 and target.acceleration == 0.0
+
+
+@kernel
+def _turn(p: Tables, s: Flank, target: Target) -> Turn:
+    moves = _direction(p, target)
+    if _rests(target):
+        return Turn(1.0, math.nan)
+    if moves == 0.0:
+        return s.turn
+    if moves == s.direction:
+        return Turn(0.0, s.turn.place)
+    return Turn(0.0, math.nan if s.turn.rested > 0.5 else target.position)
+
+
+@kernel
+def _turned(p: Tables, s: Flank, target: Target, grown: float, t: float) -> Flank:
     """The flank of a set point: where it changes, the drive begins to cross its backlash.
 
     The drive pushes the load with its rear flank. Where the set point brakes harder than friction,
     the load runs ahead to the front flank, and comes to rest somewhere between. Once the set point
     is at rest, the drive pushes it the rest of the way.
     """
-    moves = 0.0
-    if target.velocity > p.slow:
-        moves = 1.0
-    elif target.velocity < -p.slow:
-        moves = -1.0
-    rests = target.velocity == 0.0 and target.acceleration == 0.0
+    moves = _direction(p, target)
+    rests = _rests(target)
     direction = s.direction if moves == 0.0 else moves
     rear = 0.5 + 0.5 * direction
     if direction == 0.0 or (not rests and moves == 0.0):
@@ -397,13 +453,13 @@ def _turned(p: Tables, s: Flank, target: Target, degrees: float, t: float) -> Fl
         return s
     done, _, _ = progress(s, t)
     share, off = s.begun + done * (s.aimed - s.begun), s.off + done * (s.wanted - s.off)
-    _, _, _, gap = deviation(p, target.position - p.origin, share, degrees)
+    _, _, _, gap = deviation(p, target.position - p.origin, share, grown)
     way = abs((share - aimed) * gap) + abs(wanted - off)
     if not rests:
         length = math.sqrt(_QUINTIC * way / p.acceleration)
-        return Flank(direction, share, aimed, off, wanted, t, length, 0.0)
+        return Flank(direction, share, aimed, off, wanted, t, length, 0.0, s.turn)
     length = 2.0 * math.sqrt(way / min(_BOUNCE * p.coast, p.acceleration))
-    return Flank(direction, share, aimed, off, wanted, t, max(length, p.least), 0.5)
+    return Flank(direction, share, aimed, off, wanted, t, max(length, p.least), 0.5, s.turn)
 
 
 @kernel
@@ -419,7 +475,9 @@ def aimed(
     """The set point of the reading at which the stage is at its set point."""
     if math.isnan(p.origin):
         return s, target
-    s = _turned(p, s, target, degrees, t)
+    turn, grown = _turn(p, s, target), growth(p, degrees, t)
+    s = _turned(p, s, target, grown, t)
+    s = Flank(s.direction, s.begun, s.aimed, s.off, s.wanted, s.since, s.length, s.pushed, turn)
     done, speed, push = progress(s, t)
     share = s.begun + done * (s.aimed - s.begun)
     off = s.off + done * (s.wanted - s.off)
@@ -434,11 +492,11 @@ def aimed(
         wanted -= beside
         velocity -= beside_slope * others
         acceleration -= beside_bend * others * others
-    r = wanted - deviation(p, wanted, share, degrees)[0]
+    r = wanted - deviation(p, wanted, share, grown)[0]
     for _ in range(_ROUNDS):
-        value, slope, _, _ = deviation(p, r, share, degrees)
+        value, slope, _, _ = deviation(p, r, share, grown)
         r -= (r + value - wanted) / (1.0 + slope)
-    _, slope, bend, gap = deviation(p, r, share, degrees)
+    _, slope, bend, gap = deviation(p, r, share, grown)
     way, more = (s.aimed - s.begun) * gap, s.wanted - s.off
     v = (velocity - way * speed) / (1.0 + slope)
     a = (acceleration - way * push - bend * v * v) / (1.0 + slope)
@@ -446,7 +504,14 @@ def aimed(
 
 
 @kernel
-def effort(p: Tables, s: Flank, target: Target, reading: float, t: float) -> float:
+def effort(
+    p: Tables,
+    s: Flank,
+    target: Annotated[Target, Meaning("set point of the position")],
+    aim: Annotated[Target, Meaning("set point of the reading")],
+    reading: float,
+    t: float,
+) -> float:
     """Effort against what repeats along the travel, by the direction of the set point.
 
     While it pushes, the drive is free until it meets the load: the law's effort against friction
@@ -458,10 +523,14 @@ def effort(p: Tables, s: Flank, target: Target, reading: float, t: float) -> flo
     up, _, _ = curve(p.low, p.effort_step, p.effort_up, r)
     down, _, _ = curve(p.low, p.effort_step, p.effort_down, r)
     value, _, _ = wave(p.effort_period, p.effort_waves, r)
+    if not math.isnan(s.turn.place):
+        left = math.exp(-abs(target.position - s.turn.place) / p.turn_way)
+        back = math.copysign(p.turn_effort, target.velocity)
+        value += left * (p.turn_damping * target.velocity - back)
     if s.pushed > 0.0 and t - s.since < s.length:
-        value -= math.copysign(p.friction, target.velocity)
-    if target.velocity > p.slow:
+        value -= math.copysign(p.friction, aim.velocity)
+    if aim.velocity > p.slow:
         return value + up
-    if target.velocity < -p.slow:
+    if aim.velocity < -p.slow:
         return value + down
     return value + 0.5 * (up + down)

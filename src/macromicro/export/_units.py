@@ -102,7 +102,7 @@ def _stage_correction(machine: Any, settings: Any) -> Unit:
     entries = (
         Entry("position", correction.position, (tables, flank, 0.0, alone, degrees, 0.0)),
         Entry("aimed", correction.aimed, (tables, flank, _TO, alone, alone, degrees, 0.0)),
-        Entry("effort", correction.effort, (tables, flank, _TO, 0.0, 0.0)),
+        Entry("effort", correction.effort, (tables, flank, _TO, _TO, 0.0, 0.0)),
     )
     words = f"calibration of {machine.title}"
     return _unit(machine, settings, "correction", words, entries, {"tables": tables}, flank)

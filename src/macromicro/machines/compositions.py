@@ -100,7 +100,8 @@ def of_several(whole: Composite) -> Composition:
         composite.refuse_law(law, composite.names(whole))
         file, table = printable(path, 300), config.table(path)
         table.pop(KEY, None)
-        return config.overridden(whole.settings, table, file) if table else whole.settings
+        with config.named_by_file(path):
+            return config.overridden(whole.settings, table, file) if table else whole.settings
 
     first = whole.stages[0][1]
     return Composition(

@@ -28,16 +28,21 @@ def load(tree: Any) -> Load:
 USUAL = 12e-6  # 1/K; growth of steel, of a stage whose own was not measured
 
 
-def half_width(tree: Any, degrees: float, place: float) -> float:
+def half_width(tree: Any, degrees: float, place: float, t: float) -> float:
     """Half width that the calibration of a stage promises at a place; 0 without one.
 
-    Outside the temperatures of the calibration it grows with what the stage may have grown.
+    Outside the temperatures of the calibration, or longer after the start than it was measured, it
+    grows with what the stage may have grown.
     """
     if not is_corrected(tree) or not tree.correction.on:
         return 0.0
     p = tree.correction
-    grown = max(abs(p.expansion), USUAL) * beyond(tree, degrees) * abs(place - p.fixed)
-    return float(p.half_width + grown)
+    grown = max(abs(p.expansion), USUAL) * beyond(tree, degrees)
+    if t > p.warm_until:
+        grown += abs(p.warm_up) * (
+            math.exp(-p.warm_until / p.warm_time) - math.exp(-t / p.warm_time)
+        )
+    return float(p.half_width + grown * abs(place - p.fixed))
 
 
 def beyond(tree: Any, degrees: float) -> float:

@@ -300,7 +300,7 @@ def _aimed(
     flank, aim = correction.aimed(
         loop.correction, flank, target, beside.places, beside.speeds, lines.temperature, reading.t
     )
-    push = correction.effort(loop.correction, flank, aim, reading.position, reading.t)
+    push = correction.effort(loop.correction, flank, target, aim, reading.position, reading.t)
     return flank, aim, push
 
 

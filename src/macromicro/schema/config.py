@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -49,6 +50,39 @@ def table(path: Path) -> dict[str, Any]:
     return found
 
 
+@contextmanager
+def named_by_file(path: Path) -> Iterator[None]:
+    """Errors of a key that an included file has name that file."""
+    try:
+        yield
+    except InputError as error:
+        raise error.at(_with_file(Path(path), error.where)) from None
+
+
+def _with_file(path: Path, where: str) -> str:
+    """A place in a file, or in the one of those it includes that says most of the key."""
+    start = f"{printable(path, 300)}, "
+    if not where.startswith(start):
+        return where
+    own = read_toml(path, WHAT)
+    names, whole = own.get(INCLUDE, []), where.removeprefix(start)
+    keys = whole.partition(",")[0].split(".")
+    best, depth = path, _depth(own, keys)
+    for name in [names] if isinstance(names, str) else names:
+        beside = path.parent / name
+        there = _depth(read_toml(beside, WHAT), keys)
+        if there > depth:
+            best, depth = beside, there
+    return f"{printable(best, 300)}, {whole}"
+
+
+def _depth(table: object, keys: list[str]) -> int:
+    """How many of the keys, one inside the other, a table has."""
+    if not keys or not isinstance(table, dict) or keys[0] not in table:
+        return 0
+    return 1 + _depth(table[keys[0]], keys[1:])
+
+
 def _merged(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     """Nested tables of which the second goes before the first."""
     made = dict(first)
@@ -70,10 +104,11 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
             raise InputError(f"{file}, {MACHINE}", printable(named), f'"{machine}" here')
         if not content:
             return tree
-    tree = _grown(tree, content, file)
-    if not leaves(content, _known(tree), f"{file}, ", _LIST):
-        raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
-    return overridden(tree, content, file)
+    with named_by_file(path):
+        tree = _grown(tree, content, file)
+        if not leaves(content, _known(tree), f"{file}, ", _LIST):
+            raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
+        return overridden(tree, content, file)
 
 
 def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:

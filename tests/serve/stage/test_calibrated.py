@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -82,3 +83,17 @@ def test_it_is_truly_where_it_says_until_it_is_switched_off(tmp_path: Path) -> N
 def test_a_setting_that_is_not_there_is_refused() -> None:
     stage = Known(SCREW)
     assert not isinstance(stage.ask(m.SetGains((("correction.on", 0),))), Accepted)
+
+
+def test_longer_after_the_start_than_it_was_measured_the_half_width_grows(tmp_path: Path) -> None:
+    file = tmp_path / "screw.toml"
+    warm = 'warm_up = 1e-3\nwarm_time = "1 s"\nwarm_until = "1 s"\n\n[controller]'
+    made = CORRECTION.replace("[controller]", warm, 1).replace("sensor = 1", "sensor = 0")
+    file.write_text(SCREW.read_text(encoding="utf-8") + made, encoding="utf-8")
+    stage = Known(file)
+    assert isinstance(stage.ask(m.MoveTo(0.0412)), Accepted)
+    stage.run(800)
+    assert stage.machine.view().uncertainty == pytest.approx(1.4e-6)
+    stage.run(4000)
+    beyond = 1e-3 * 0.0412 * math.exp(-1.0)
+    assert 0.9 * beyond < stage.machine.view().uncertainty < 1.4e-6 + beyond

@@ -148,7 +148,8 @@ class Led(Live):
     def view(self) -> View:
         """The present state; the target of a jog or programme is its set point."""
         seen = super().view()
-        half = correcting.half_width(self._tree, self.degrees(), seen.position)
+        where = (seen.position, self._s.time)
+        half = correcting.half_width(self._tree, self.degrees(), *where)
         if seen.trusted:
             seen = seen._replace(uncertainty=max(seen.uncertainty, half))
         if math.isnan(state.target(self._p, self._s)) and math.isfinite(seen.target):
