@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,7 +24,7 @@ class Asked(NamedTuple):
     overwrite: bool
     resume: bool
     yes: bool
-    figures: Iterable[str]
+    figures: Sequence[str]
 
 
 def commission(asked: Asked, options: Callable[[Place], Options]) -> None:

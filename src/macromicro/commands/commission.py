@@ -130,10 +130,9 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.schema import keys
 
     rig = joined(rig, port, None, None)
-    kinds = formats(figures)
     _one_of(overwrite, resume)
     if kind == _commission_both.KIND:
-        _pictured(kinds, figures)
+        _pictured(figures)
         _only(pitch, effort, lowest, speed, creep, travel, low, high, ends)
         asked = _commission_both.Asked(
             config,
@@ -147,6 +146,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         )
         _commission_both.commission(asked)
         return
+    kinds = formats(figures)
     if kiln:
         raise ProblemError("--kiln", f"only with --kind {_commission_both.KIND}")
     keys.seed(seed, "--seed")
@@ -212,11 +212,11 @@ def _one_of(overwrite: bool, resume: bool) -> None:
         raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
 
 
-def _pictured(kinds: tuple[str, ...], figures: str) -> None:
+def _pictured(figures: str) -> None:
     from macromicro.commands._commission_both import KIND
     from macromicro.errors import InputError
 
-    if kinds != (PNG,):
+    if figures != PNG:
         accepted = f"{PNG} with --kind {KIND}"
         raise InputError("--figures", figures, accepted)
 

@@ -130,4 +130,5 @@ def write(out: Path, found: Found, kinds: Sequence[str]) -> None:
     with folder.staged(out, remove=FILES) as place:
         text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
         write_text(place / NUMBERS, text + "\n")
-        drawings.save(draw(found), place, FIGURE, kinds)
+        if kinds:
+            drawings.save(draw(found), place, FIGURE, kinds)

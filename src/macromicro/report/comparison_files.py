@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,14 +35,14 @@ FILES = (
 )
 
 
-def write(out: Path, found: Comparison, kinds: Iterable[str] = files.DEFAULT) -> None:
+def write(out: Path, found: Comparison, kinds: Sequence[str] = files.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier comparison there is replaced."""
     with folder.staged(out, remove=FILES) as place:
         write_text(place / JSON, as_json(content(found)))
         recordings = [side.recording for side in found.sides]
         text = zoomable.page(recordings, labels=[side.name for side in found.sides])
         write_text(place / PAGE, text)
-        for name, figure in draw(found):
+        for name, figure in draw(found) if kinds else ():
             files.save(figure, place, name, kinds)
 
 

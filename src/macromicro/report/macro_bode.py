@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from macromicro.runs import folder
 from macromicro.schema.text import plain, write_text
 from macromicro.settings import Settings
 from macromicro.tuning import loops
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LAWS = ("pid", "pd-initial", "pd-tuned")  # those that are polynomials in z
 LOW, HIGH = 5e-5, 0.45  # of the loop's frequency
@@ -76,6 +79,14 @@ def content(shown: Found) -> dict[str, Any]:
 
 
 def write(out: Path, shown: Found, kinds: Sequence[str]) -> None:
+    with folder.staged(out, remove=(NUMBERS, *drawings.names((FIGURE,)))) as place:
+        text = json.dumps(plain(content(shown)), indent=2, allow_nan=False)
+        write_text(place / NUMBERS, text + "\n")
+        if kinds:
+            drawings.save(_draw(shown), place, FIGURE, kinds)
+
+
+def _draw(shown: Found) -> Figure:
     figure, axes = new(5.0, 2, sharex=True)
     gain, phase = axes[:, 0]
     gain.loglog(shown.frequency, np.abs(shown.loop), color=RED)
@@ -84,7 +95,4 @@ def write(out: Path, shown: Found, kinds: Sequence[str]) -> None:
     phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
     finish(gain, f"Open loop, (4.4) under {shown.law}", "", "gain")
     finish(phase, "", "frequency [Hz]", "phase [deg]")
-    with folder.staged(out, remove=(NUMBERS, *drawings.names((FIGURE,)))) as place:
-        text = json.dumps(plain(content(shown)), indent=2, allow_nan=False)
-        write_text(place / NUMBERS, text + "\n")
-        drawings.save(figure, place, FIGURE, kinds)
+    return figure
