@@ -22,6 +22,7 @@ import pytest
 
 import tests.command
 from tests import warm
+from tests.systems import posix
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "deploy/README.md",
@@ -345,6 +346,7 @@ def lines(text: str) -> set[str]:
     return {" ".join(line.split()) for line in text.splitlines() if line.strip()}
 
 
+@posix
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)])
 def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
