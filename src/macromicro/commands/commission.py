@@ -58,12 +58,15 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = "",
     effort: Annotated[
-        str, typer.Option(help="Largest voltage, such as '8 V'.", show_default="all there is")
+        str,
+        typer.Option(
+            help="Largest voltage, such as '8 V'.", show_default="the largest that the rig has"
+        ),
     ] = "",
     lowest: Annotated[
         str,
         typer.Option(
-            help=("Lowest voltage of your own rig that is no axis, such as '-2 V'."),
+            help="Lowest voltage of your own rig of another kind than axis, such as '-2 V'.",
             show_default="0 V",
         ),
     ] = "",
@@ -87,7 +90,10 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = "",
     high: Annotated[
-        str, typer.Option("--to", help="High end of it; the end stops are not searched then.")
+        str,
+        typer.Option(
+            "--to", help="High end of the allowed travel; the end stops are then not searched."
+        ),
     ] = "",
     ends: Annotated[
         str,
