@@ -50,6 +50,9 @@ CANNOT: dict[str, dict[str, str]] = {
         "  measure ---->": "a drawing of a period",
         "  commands ": "a drawing of the rooms, which tests/test_architecture.py makes anew",
     },
+    "docs/validation/new-user.md": {
+        "import macromicro": "connects to the server of the step before; tests/remote does",
+    },
     "docs/validation/beyond.md": {
         "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
         "macromicro run fast --config results/carriage/model": "what that writes",
