@@ -76,7 +76,7 @@ def front(text: str) -> str:
     """The front page: with the simulated machine before the first section, and the contents."""
     head, section, rest = text.partition("\n## ")
     shown = f"""
-<iframe src="{TWIN}" title="The two-stage machine" width="100%" height="760"></iframe>
+<iframe src="{TWIN}" title="The two-stage machine" width="100%" height="1080"></iframe>
 
 <p>The two-stage machine, simulated in your browser; <a href="{TWIN}">alone on a page</a>.</p>
 """
