@@ -116,7 +116,7 @@ dist: $(VENV)/.dev ## build the wheel and the source archive in dist/, and check
 	$(BIN)/python -m twine check --strict dist/*
 
 bench: $(VENV)/.core ## measure the speed
-	@$(INSTALL) -e ".[sweep]"
+	@$(INSTALL) -e ".[figures,sweep]"
 	$(BIN)/python benchmarks/bench.py
 
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
@@ -195,7 +195,7 @@ $(VENV)/.made:
 
 $(VENV)/.core: pyproject.toml constraints.txt | $(VENV)/.made
 	@echo "installing macromicro and what it needs, about a minute"
-	@$(INSTALL) -e ".[sweep]"
+	@$(INSTALL) -e ".[figures,sweep]"
 	@touch $@
 
 # What the tests need includes what a run needs.

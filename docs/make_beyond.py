@@ -258,8 +258,8 @@ def drawn_page(every: list[dict[str, Any]]) -> None:
     )
     axes[0, 0].plot(*zip(*least, strict=True), ".", color=GREEN, markersize=2, label="limit")
     axes[0, 0].set_ylim(0.0, HIGHEST)  # what was missed, and hardly made, is in the table
-    finish(axes[0, 0], "time until within a count", "way [mm]", "[s]", legend=True)
-    finish(axes[0, 1], "swing 0.1 s later", "way [mm]", "[um]", legend=True)
+    finish(axes[0, 0], "time until within a count", "distance [mm]", "[s]", legend=True)
+    finish(axes[0, 1], "swing 0.1 s later", "distance [mm]", "[um]", legend=True)
     PICTURE.write_bytes(encoded(figure))
 
 

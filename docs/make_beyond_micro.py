@@ -276,7 +276,7 @@ def drawn_page(every: list[dict[str, Any]]) -> None:
     way, least = [m["to"] - m["from"] for m in moves], [m["least"] for m in moves]
     axes[0, 0].plot(way, least, ".", color=GREEN, markersize=2, label="limit")
     axes[0, 1].set_xscale("log")
-    finish(axes[0, 0], "to within 10 um", "way [mm]", "[s]", legend=True)
+    finish(axes[0, 0], "to within 10 um", "distance [mm]", "[s]", legend=True)
     finish(axes[0, 1], "RMS in a hold", "[um]", "share of the moves", legend=True)
     PICTURE.write_bytes(encoded(figure))
 

@@ -1,4 +1,4 @@
-"""Draws docs/figures/wiring.png: what is connected to which pin of the board, and to which supply.
+"""Draws docs/figures/wiring.svg: what is connected to which pin of the board, and to which supply.
 
 Pins are those of `macromicro.rig.board`'s pins.toml; this script says which part each belongs to.
 
@@ -10,11 +10,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro.drawing.files import encoded
+from macromicro.drawing.files import SVG, encoded
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, new
 from macromicro.rig.board import protocol
 
-PICTURE = Path(__file__).resolve().parent / "figures" / "wiring.png"
+PICTURE = Path(__file__).resolve().parent / "figures" / "wiring.svg"
 PINS = {name: pin for name, pin in protocol.table("pins").items() if isinstance(pin, dict)}
 ROW = 0.46  # height of a wire
 BOARD = (-1.15, 1.15)  # left and right edge
@@ -82,7 +82,7 @@ def main() -> None:
     )  # fmt: skip
     ax.set_xlim(-5.8, 5.8)
     ax.set_ylim(bottom - 1.0, 0.5)
-    PICTURE.write_bytes(encoded(figure))
+    PICTURE.write_bytes(encoded(figure, SVG))
     print(PICTURE)
 
 

@@ -30,10 +30,12 @@ class Aim(NamedTuple):
     carriage: Annotated[float, Meaning("set point of the carriage", "count")]
     micro: Annotated[float, Meaning("set point of the micro-stage", "m")]
     own: Annotated[float, Meaning("1: the laws terminal and inverse; 0: those of the thesis")]
+    backlash: Annotated[float, Meaning("between encoder and carriage", "m")]
 
 
 class Twin(NamedTuple):
     bench: State
+    carriage: float  # position behind the backlash, m
     thesis: Progress
     own: Progress
     chosen: float  # the laws of the last period, as in `Aim`
@@ -96,7 +98,14 @@ def step(
         first, _, outputs = supervisor.step(thesis, plan, first, sample, dt)
         phase = float(first.phase)
     machine = bench.advance(plant, s.bench, outputs, draw, dt)
-    return Twin(machine, first, second, aim.own), phase, outputs
+    carriage = _behind(s.carriage, machine.macro.x, aim.backlash)
+    return Twin(machine, carriage, first, second, aim.own), phase, outputs
+
+
+@kernel
+def _behind(carriage: float, driven: float, gap: float) -> float:
+    """Position of a carriage that friction holds until a side of the gap pushes it."""
+    return min(max(carriage, driven - 0.5 * gap), driven + 0.5 * gap)
 
 
 @kernel
@@ -109,7 +118,7 @@ def show(plant: Plant, s: Twin, corner: float) -> Shown:
     if k <= memory.pairs:
         high, low = memory.corners[k, 0], memory.corners[k, 1]
     return Shown(
-        truth.carriage, truth.micro, truth.carriage + truth.micro + truth.belt, truth.wire,
+        s.carriage, truth.micro, s.carriage + truth.micro + truth.belt, truth.wire,
         truth.plates, s.bench.micro.wire.u, truth.austenite, high, low, float(memory.pairs + 1),
     )  # fmt: skip
 
@@ -133,9 +142,9 @@ def unit() -> Unit:
         math.nan, nothing, nothing, nothing, nothing,
     )  # fmt: skip
     first = Twin(
-        bench.initial(plant), supervisor.begin(0.0, thesis), supervisor.begin(0.0, own), 0.0
+        bench.initial(plant), 0.0, supervisor.begin(0.0, thesis), supervisor.begin(0.0, own), 0.0
     )
-    aim = Aim(0.0, 0.0, 0.0)
+    aim = Aim(0.0, 0.0, 0.0, 0.0)
     entries = (
         Entry("step", step, (plant, thesis, own, plan, first, aim, 0.0, 0.0)),
         Entry("show", show, (plant, first, 0.0)),

@@ -22,6 +22,7 @@ import pytest
 
 import tests.command
 from tests import warm
+from tests.systems import posix
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "deploy/README.md",
@@ -48,6 +49,9 @@ CANNOT: dict[str, dict[str, str]] = {
     "ARCHITECTURE.md": {
         "  measure ---->": "a drawing of a period",
         "  commands ": "a drawing of the rooms, which tests/test_architecture.py makes anew",
+    },
+    "docs/validation/new-user.md": {
+        "import macromicro": "connects to the server of the step before; tests/remote does",
     },
     "docs/validation/beyond.md": {
         "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
@@ -345,6 +349,7 @@ def lines(text: str) -> set[str]:
     return {" ".join(line.split()) for line in text.splitlines() if line.strip()}
 
 
+@posix
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)])
 def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from macromicro import cli
 from macromicro.recording import Recording
 from macromicro.runs.folder import FILES, PAGE, RECORDING, SUMMARY
 from tests.command import command as macromicro
+from tests.systems import linux, posix
 from tests.warm import Command
 
 COMMAND = [sys.executable, "-m", "macromicro"]
@@ -143,6 +144,7 @@ def started(*arguments: str | Path, cwd: Path, until: str, **more: str) -> subpr
     raise AssertionError(f"ended with {process.wait()} before it said {until!r}")
 
 
+@posix
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_interrupted_run_keeps_its_recording(
     tmp_path: Path, number: signal.Signals, status: int
@@ -161,6 +163,7 @@ def test_interrupted_run_keeps_its_recording(
     assert [path.name for path in (tmp_path / "o").iterdir()] == [RECORDING]
 
 
+@posix
 def test_interrupted_while_compiling_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "long.toml").write_text(LONG)
     process = started(
@@ -225,6 +228,7 @@ def test_other_formats_of_figures_are_refused(words: str, tmp_path: Path) -> Non
     assert not list(tmp_path.iterdir())
 
 
+@linux
 def test_a_folder_that_cannot_be_made(short: Path, tmp_path: Path) -> None:
     for place in (short, short / "below", Path("/proc/nowhere")):
         finished = command("run", short, "--out", place, "--overwrite", cwd=tmp_path)

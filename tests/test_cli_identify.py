@@ -26,6 +26,7 @@ from macromicro.recording import Recording
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.thesis import collecting
+from tests.systems import posix
 
 DATA = Path(__file__).parents[1] / "examples/data"
 DOCS = Path(__file__).parents[1] / "docs"
@@ -544,6 +545,7 @@ def test_document_s_commands_exist(macromicro: Macromicro) -> None:
             assert not word.startswith("--") or word in helps[key], " ".join(words)
 
 
+@posix
 @pytest.mark.parametrize("after", [1.0, pytest.param(1.6, marks=pytest.mark.slow)])
 def test_interrupted_while_collecting_leaves_nothing(after: float, tmp_path: Path) -> None:
     """A signal may fall into the compiler's work: no crash, no traceback, no folder."""

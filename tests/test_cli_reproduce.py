@@ -17,6 +17,7 @@ from macromicro.drawing import exhibit
 from macromicro.thesis import reproduce
 from macromicro.thesis.procedure import Lab
 from tests.command import command as macromicro
+from tests.systems import posix
 from tests.warm import Command
 
 COMMAND = [sys.executable, "-m", "macromicro", "reproduce"]
@@ -187,6 +188,7 @@ def test_a_figure_that_cannot_be_drawn_is_noted(
     assert "Table 6.1" in page
 
 
+@posix
 def test_interrupted_keeps_what_was_done(tmp_path: Path) -> None:
     """Ctrl-C once the first procedure has ended: a page with it, the others not measured."""
     names = ("--only", "sensor-design", "laser-noise", "--jobs", "1")

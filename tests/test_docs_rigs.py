@@ -18,6 +18,7 @@ from macromicro.recording import Recording
 from macromicro.rig.session import BENCH, KINDS
 from macromicro.types import Lines
 from tests.command import command as macromicro
+from tests.systems import posix
 from tests.warm import Command
 
 PAGE = (Path(__file__).parents[1] / "docs" / "rigs.md").read_text(encoding="utf-8")
@@ -126,6 +127,7 @@ def bench(seed):
 """
 
 
+@posix
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_leaves_the_rig_safe(lab: Path, number: int) -> None:
     """Sent while the motor is on."""

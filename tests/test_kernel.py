@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import macromicro
 from macromicro import kernel as room
 from macromicro.kernel import compiled, kernel
+from tests.systems import posix
 
 PACKAGE = Path(macromicro.__file__).parent
 
@@ -383,6 +384,7 @@ def test_two_processes_that_start_at_once_share_the_cache(copy: Path, tmp_path: 
     assert used == run(WHERE, copy, MACROMICRO_CACHE=str(cache))
 
 
+@posix
 @pytest.mark.parametrize("obstacle", [pytest.param("a file", marks=pytest.mark.slow), "read-only"])
 def test_no_place_for_a_cache_costs_only_time(copy: Path, tmp_path: Path, obstacle: str) -> None:
     cache = tmp_path / "cache"

@@ -18,6 +18,7 @@ import pytest
 
 from macromicro.recording import Recording
 from tests.command import command as macromicro
+from tests.systems import posix
 from tests.warm import Command
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -268,6 +269,7 @@ def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
     assert refused.returncode == 2 and "--law: 'slidng'; accepted:" in refused.stderr
 
 
+@posix
 @pytest.mark.slow  # compiled with its live loop
 def test_a_machine_of_ones_own_is_served(lab: Path) -> None:
     (lab / "live-coil.toml").write_text(
@@ -282,6 +284,7 @@ def test_a_machine_of_ones_own_is_served(lab: Path) -> None:
         assert "absolute" in ask("HOME;:SYST:ERR?")
 
 
+@posix
 @pytest.mark.slow
 def test_served(lab: Path) -> None:
     """The loop's process finds law and rig; gains are changed live, by their own names."""
@@ -319,6 +322,7 @@ def axis(seed):
 """
 
 
+@posix
 @pytest.mark.slow  # forty strokes and a chirp, interpreted
 def test_from_a_rig_of_ones_own_to_gains_that_are_used_on_it(lab: Path) -> None:
     """Commissioned, run, served, tuned, judged and exported by the file that was found."""

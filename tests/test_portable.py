@@ -8,11 +8,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
+
+from tests.systems import posix
+
+pytestmark = posix  # elsewhere these names are missing anyway
 
 ROOT = Path(__file__).parents[1]
 PATIENCE = 300.0  # s
@@ -42,10 +46,12 @@ hold = "0.1 s"
 """
 
 
-def python(*words: str | Path, cwd: Path, status: int = 0) -> str:
+def python(
+    *words: str | Path, cwd: Path, status: int = 0, more: Mapping[str, str] | None = None
+) -> str:
     done = subprocess.run(
-        [sys.executable, *map(str, words)], cwd=cwd, env=ENV, capture_output=True,
-        encoding="utf-8", timeout=PATIENCE, check=False,
+        [sys.executable, *map(str, words)], cwd=cwd, env={**ENV, **(more or {})},
+        capture_output=True, encoding="utf-8", timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == status, done.stdout + done.stderr
     return done.stdout
@@ -53,6 +59,13 @@ def python(*words: str | Path, cwd: Path, status: int = 0) -> str:
 
 def macromicro(*words: str | Path, cwd: Path) -> str:
     return python("-m", "macromicro", *words, cwd=cwd)
+
+
+@pytest.mark.slow
+def test_the_suite_is_collected_without_these_names() -> None:
+    """What needs them at run time has a mark of `tests.systems`."""
+    words = ("-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider", "tests")
+    python(*words, cwd=ROOT, more={"DEPRIVED": "macromicro,tests"})
 
 
 def test_the_names_are_taken_from_this_package_alone(tmp_path: Path) -> None:

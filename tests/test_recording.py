@@ -20,6 +20,7 @@ from hypothesis.extra import numpy as hnp
 from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.recording import Recorder, Recording, RecordingError, check_space, needed_bytes
+from tests.systems import linux, posix
 
 COLUMNS = (
     Column("t", "s", "time"),
@@ -239,6 +240,7 @@ def test_a_refused_block_leaves_no_trace(path):
 # --- killed processes -----------------------------------------------------------------
 
 
+@posix
 def test_killed_at_random_instants_nothing_confirmed_is_lost(tmp_path):
     """SIGKILL while files are made, written, grown and closed."""
     script = """
@@ -279,6 +281,7 @@ for number in itertools.count():
     assert checked >= kills
 
 
+@posix
 def test_a_killed_file_is_whole_in_h5py_and_trimmed_by_load(path):
     script = """
 writer = Recorder(sys.argv[1], columns, 500, 1e-3, {"seed": 1})
@@ -318,6 +321,7 @@ def answers(script: str, *arguments: str) -> list[str]:
     return said.splitlines()
 
 
+@posix
 def test_disk_full_midway_keeps_the_earlier_rows(path):
     """The last columns of the file lie beyond the limit; the process ends in good order."""
     script = """
@@ -343,6 +347,7 @@ with Recorder(sys.argv[1], columns, 20000, 1e-3, {}) as writer:
     assert os.listdir(path.parent) == [path.name]
 
 
+@posix
 def test_disk_full_while_growing_keeps_the_file(path):
     script = """
 with Recorder(sys.argv[1], columns, 1000, 1e-3, {}) as writer:
@@ -362,6 +367,7 @@ with Recorder(sys.argv[1], columns, 1000, 1e-3, {}) as writer:
     assert_rows(Recording.load(path), 1100)
 
 
+@linux
 def test_disk_full_from_the_start_is_an_error_without_a_file(path):
     """HDF5 itself crashes the process when it closes a file that it could not write."""
     script = """
@@ -382,6 +388,7 @@ for limited in (0, 100, 3000, 10_000, 100_000):
     assert os.listdir(path.parent) == []
 
 
+@posix
 def test_too_little_space_is_said_before_the_run(path):
     free = os.statvfs(path.parent).f_bavail * os.statvfs(path.parent).f_frsize
     check_space(path.parent, 1000)

@@ -23,6 +23,7 @@ from macromicro.recording_format import (
     noted,
     write_all,
 )
+from tests.systems import linux, posix
 
 COLUMNS = (Column("t", "s", "time"), Column("x", "m", "place", "f4"), Column("n", "1", "", "i2"))
 PLAIN = Layout.checked(COLUMNS, 0.5, {"seed": 3}, "here")
@@ -121,6 +122,7 @@ def test_a_write_that_fails_is_raised_once_the_file_is_closed(
     os.close(fd)
 
 
+@linux
 @pytest.mark.parametrize("number", [errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSPC])
 def test_only_a_file_system_that_cannot_reserve_is_excused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
@@ -163,6 +165,7 @@ def test_a_file_as_hdf5_sees_it(tmp_path: Path) -> None:
     os.close(fd)
 
 
+@posix
 def test_all_is_written_though_the_system_takes_it_in_parts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

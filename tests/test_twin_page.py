@@ -66,11 +66,11 @@ def simulated(twin: Any, own: float) -> np.ndarray[Any, Any]:
     unit = twin.unit()
     step, state, rows = compiled(twin.step), unit.state, []
     given = [unit.given[name] for name in ("plant", "thesis", "own", "plan")]
-    aim = twin.Aim(0.0, 0.0, 0.0)
+    aim = twin.Aim(0.0, 0.0, 0.0, 0.0)
     for k in range(PERIODS):
         for at, carriage, micro in ORDERS:
             if at == k:
-                aim = twin.Aim(carriage, micro, own)
+                aim = twin.Aim(carriage, micro, own, 0.0)
         state, _, _ = step(*given, state, aim, k * PERIOD, PERIOD)
         if (k + 1) % EVERY == 0:
             rows.append((state.bench.macro.x, state.bench.micro.wire.x))
@@ -99,10 +99,15 @@ def test_the_page_moves_and_follows_its_controls(window: Any) -> None:
     assert after - before > 500 and carriage > 0.03
     assert run("return document.querySelectorAll('input[type=range]').length") >= 6
     run("""
-    const input = document.querySelectorAll('input[type=range]')[2];
-    input.value = 8; input.oninput();
+    for (const [title, value] of [["Coulomb friction", 8], ["Backlash", 4], ["Carriage", 100]]) {
+      const labels = [...document.querySelectorAll("label")];
+      const input = labels.find(l => l.textContent.startsWith(title)).querySelector("input");
+      input.value = value; input.oninput();
+    }
     """)
     assert run("return machine.get('plant.macro.friction.coulomb')") == 8.0
+    behind = run("machine.step(3000); return machine.get('true.carriage')")
+    assert behind == pytest.approx(0.1 - 0.5 * 4e-3, abs=2 * COUNT)  # it was pushed from below
     corners = run("return machine.corners()")
     assert len(corners) >= 1 and all(math.isfinite(v) for row in corners for v in row)
     picture = "const c = document.getElementById('plane'); return new Set(c.getContext('2d')"

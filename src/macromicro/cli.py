@@ -49,7 +49,6 @@ from macromicro.errors import InputError, MacromicroError, ProblemError
 
 app = typer.Typer(
     name="macromicro",
-    help="Design, simulate, identify, tune and run positioners: two-stage, axis, xy, piezo, wire.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -112,7 +111,7 @@ def options(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Design, simulate, identify, tune and run positioners: two-stage, axis, xy, piezo, wire."""
+    """Design, simulate, identify, tune and run positioners: axes, piezos, wires, two stages."""
 
 
 @app.command()

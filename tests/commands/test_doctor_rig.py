@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import command as macromicro
+from tests.systems import posix
 
 PAGE = Path(__file__).parents[2] / "docs" / "rigs.md"
 
@@ -33,6 +34,7 @@ def doctor(lab: Path, *options: str) -> subprocess.CompletedProcess[str]:
     return macromicro("doctor", *options, cwd=lab)
 
 
+@posix
 def test_the_page_s_rig_keeps_everything_moved_too(lab: Path) -> None:
     done = doctor(lab, "--rig", "mylab:bench", "--move", "3 V", "--yes", "--json")
     assert done.returncode == 0, done.stdout
@@ -99,6 +101,7 @@ def test_a_walk_drives_the_page_s_rig(lab: Path) -> None:
     assert "Push the stage" not in done.stderr
 
 
+@posix
 def test_a_walk_asks_before_each_step(lab: Path) -> None:
     """With a person, which is a terminal here: y, and then something else."""
     import pty

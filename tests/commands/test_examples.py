@@ -13,7 +13,10 @@ ROOT = Path(__file__).parents[2]
 
 def test_the_files_are_copied_into_a_new_folder(tmp_path: Path) -> None:
     done = command("examples", "mine", cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (0, "examples: mine\n")
+    assert done.returncode == 0
+    then = Path("mine/machines/stage.toml")
+    assert done.stdout == f"examples: mine\nthen: macromicro run --config {then}\n"
+    assert (tmp_path / then).is_file()
     for place, folder in (("", ROOT / "examples"), ("tutorials", ROOT / "docs/tutorials")):
         for file in folder.rglob("*"):
             if file.is_file() and "__pycache__" not in file.parts:

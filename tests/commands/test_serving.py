@@ -18,6 +18,7 @@ import pytest
 from macromicro.recording import Recording
 from macromicro.serve import persist
 from tests.command import command
+from tests.systems import linux, posix
 from tests.warm import Command
 
 RUN = (sys.executable, "-m", "macromicro", "serve")
@@ -100,6 +101,7 @@ def refused(folder: Path, *options: str) -> str:
     return done.stderr.splitlines()[-1]
 
 
+@linux
 @pytest.mark.parametrize("option", ["--state", "--record"])
 @pytest.mark.parametrize("place", ["/proc/x/y.json", "file/below"])
 def test_places_that_cannot_be_are_named_before_anything_starts(
@@ -130,6 +132,7 @@ def test_a_rig_that_is_none_is_bad_input(rig: str, tmp_path: Path) -> None:
     assert any(remedy in said for remedy in ("accepted: ", "Expected: ", "Put the module"))
 
 
+@posix
 def test_a_recording_gets_its_folder_and_a_position_that_cannot_be_kept_is_told_once(
     begin: Begin, tmp_path: Path
 ) -> None:
@@ -153,6 +156,7 @@ def test_a_recording_gets_its_folder_and_a_position_that_cannot_be_kept_is_told_
     assert (tmp_path / "results" / "serve" / "first.h5").stat().st_size > 0
 
 
+@posix
 def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(SLOW)
     process = subprocess.Popen(
@@ -185,6 +189,7 @@ def reached(server: Server, *names: str) -> dict[str, int]:
     return status
 
 
+@posix
 def test_names_reach_the_page_and_log_and_recording_tell_who_did_what(
     begin: Begin, tmp_path: Path
 ) -> None:
@@ -213,6 +218,7 @@ def test_names_reach_the_page_and_log_and_recording_tell_who_did_what(
     assert secret not in str(events) and "EmergencyStop" not in text
 
 
+@posix
 def test_the_end_of_its_terminal_is_an_orderly_end(tmp_path: Path) -> None:
     """SIGHUP, as from a closed window or a lost ssh: at rest, kept, and exit status 129."""
     (tmp_path / "live.toml").write_text(

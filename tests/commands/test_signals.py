@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import pty
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +13,9 @@ import numpy as np
 import pytest
 
 from macromicro.identify.axis import Axis, simulate
+from tests.systems import posix
+
+pytestmark = posix
 
 HIDDEN, SHOWN = b"\x1b[?25l", b"\x1b[?25h"
 INTERRUPTED = """
@@ -38,7 +40,7 @@ def read_all(terminal: int) -> bytes:
 
 
 def test_an_interrupted_command_leaves_a_cursor() -> None:
-    ours, theirs = pty.openpty()
+    ours, theirs = os.openpty()
     environment = {**os.environ, "TERM": "xterm"}
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED], stderr=theirs, env=environment, check=False

@@ -19,6 +19,7 @@ from macromicro.serve.faults import late
 from macromicro.serve.measuring import Latency
 from macromicro.serve.settings import LiveSettings
 from tests.command import command
+from tests.systems import linux, posix
 from tests.warm import Command
 
 RUN = (sys.executable, "-m", "macromicro", "doctor", "--seconds")
@@ -47,6 +48,7 @@ def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@posix
 def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
     process = Command(
         [*RUN, "600", "--config", config(tmp_path)],
@@ -72,6 +74,7 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Pa
     assert not (tmp_path / "none").exists()
 
 
+@linux
 @pytest.mark.parametrize(
     ("option", "file", "found"),
     [

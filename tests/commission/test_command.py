@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import command as macromicro
+from tests.systems import posix
 
 from macromicro.commands._commissioning import show_rows
 
@@ -61,6 +62,7 @@ def test_what_is_missing_or_wrong_is_said(folder: Path, words: tuple[str, ...], 
     assert not (folder / "out").exists()
 
 
+@posix
 @pytest.mark.slow
 def test_an_interrupted_commissioning_is_resumed(folder: Path) -> None:
     words = ("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V", "--speed", "1 m/s",

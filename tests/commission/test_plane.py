@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from tests.command import command as macromicro
+from tests.systems import posix
 from typer.testing import CliRunner
 
 from macromicro.cli import app
@@ -220,6 +221,7 @@ def test_what_two_rigs_need_is_said_before_they_move(
     assert not Path("log").exists() or "driven" not in Path("log").read_text()
 
 
+@posix
 @pytest.mark.slow  # half a minute: two axes from their first motion on
 def test_two_rigs_are_interrupted_and_commissioned_in_the_end(lab: str) -> None:
     line = [sys.executable, "-m", "macromicro", "commission", "--config", "xy.toml"]

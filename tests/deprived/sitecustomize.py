@@ -1,6 +1,7 @@
 """Takes away from this package what other systems lack; its dependencies keep it.
 
-A process with this folder on PYTHONPATH runs so, and every process that it starts.
+A process with this folder on PYTHONPATH runs so, and every process that it starts. DEPRIVED names
+other packages, with commas between.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ _import = builtins.__import__
 
 
 def _ours(name: str) -> bool:
-    return name.partition(".")[0] == "macromicro"
+    return name.partition(".")[0] in os.environ.get("DEPRIVED", "macromicro").split(",")
 
 
 def _deprived(name: str, *rest: Any, **named: Any) -> Any:

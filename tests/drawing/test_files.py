@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from macromicro.drawing import files
 from macromicro.drawing.style import BLUE, finish, line, new
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 HEADS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
@@ -77,6 +77,7 @@ def test_saved_are_the_formats_asked_for(tmp_path: Path) -> None:
         ("svg,pdf", ("svg", "pdf")),
         (" PNG, .svg,png", ("png", "svg")),
         (("pdf",), ("pdf",)),
+        ("none", ()),
     ],
 )
 def test_formats_are_read(text: str, found: tuple[str, ...]) -> None:
@@ -87,3 +88,13 @@ def test_formats_are_read(text: str, found: tuple[str, ...]) -> None:
 def test_other_formats_are_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"--figures.*accepted: png, svg, pdf"):
         files.formats(text)
+
+
+def test_without_matplotlib_there_are_no_figures(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert files.formats("png,svg") == ()
+    assert "pip install 'macromicro[figures]'" in capsys.readouterr().err
+    with pytest.raises(ProblemError, match=r"macromicro\[figures\]"):
+        new(3.0, 1)

@@ -24,8 +24,9 @@ from macromicro.serve.health import FAIL
 from tests.firmware.built import ROOT, needs_avr
 from tests.firmware.test_process import DEADLINE, simulated
 from tests.serve.scpi.client import Client
+from tests.systems import posix
 
-pytestmark = [needs_avr, pytest.mark.timeout(1800)]
+pytestmark = [posix, needs_avr, pytest.mark.timeout(1800)]
 PAGE = (ROOT / "docs" / "board.md").read_text("utf-8")
 COMMANDS = re.findall(r"^ {4}((?:macromicro|sha256sum|avrdude) .*)$", PAGE, re.MULTILINE)
 EXPORT, CHECK, FLASH, OPEN, WALK, MOVE, COMMISSION, RUN, SERVE = COMMANDS  # all, in this order

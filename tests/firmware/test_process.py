@@ -16,6 +16,7 @@ import pytest
 
 from macromicro.rig.board.protocol import SPEC
 from tests.firmware.built import ROOT, elf, needs_avr
+from tests.systems import posix
 
 pytestmark = needs_avr
 DEADLINE = 120.0  # s; a busy machine is slow
@@ -65,6 +66,7 @@ def simulated(folder: Path, *options: str, program: Path | None = None) -> Itera
         process.wait()
 
 
+@posix
 def test_a_host_killed_in_motion_leaves_a_board_that_stops(tmp_path: Path) -> None:
     with simulated(tmp_path) as port:
         host = subprocess.Popen(

@@ -19,8 +19,9 @@ from tests.firmware.built import ROOT, needs_avr
 from tests.firmware.test_process import DEADLINE, simulated
 from tests.serve.scpi.client import Client
 from tests.serve.serve_parts import until
+from tests.systems import posix
 
-pytestmark = [needs_avr, pytest.mark.slow]
+pytestmark = [posix, needs_avr, pytest.mark.slow]
 PATIENT = '[serve]\nloop_timeout = "10 s"\nparent_timeout = "10 s"\n'
 
 

@@ -61,7 +61,7 @@ def test_pictures_can_be_saved() -> None:
         assert file.getvalue().startswith(b"\x89PNG")
     lines = pictures[3].axes[0].lines
     assert len(lines) == 4 + 2
-    assert pictures[4].axes[0].get_xlabel() == "input u (V)"
+    assert pictures[4].axes[0].get_xlabel() == "input u [V]"
 
 
 def test_heavy_modules_wait_until_they_are_needed() -> None:
@@ -91,7 +91,7 @@ def test_the_plane_shows_the_vertices_with_their_numbers() -> None:
     for u in (0.6, -0.4, 0.2, -0.1):
         model.step(u)
     axes = draw_plane(model, "V").axes[0]
-    assert axes.get_title() == "Preisach plane at u = -0.1 V"
+    assert axes.get_title(loc="left") == "Preisach plane at u = -0.1 V"
     line, edge, dots = axes.lines
     assert line.get_xydata().tolist() == [[-1, 0.6], [-0.4, 0.6], [-0.4, 0.2], [-0.1, 0.2],
                                           [-0.1, -0.1]]  # fmt: skip
@@ -140,7 +140,7 @@ def test_without_raw_curves_those_of_grid_lines_are_shown() -> None:
         np.testing.assert_allclose(c.get_ydata(), TABLE.curve(start, c.get_xdata()))
     np.testing.assert_allclose(rising.get_ydata(), TABLE.major_loop[1])
     np.testing.assert_allclose(falling.get_ydata(), TABLE.major_loop[2])
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("input u (V)", "output f (mm)")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("input u [V]", "output f [mm]")
 
 
 def test_raw_curves_are_shown_with_those_of_the_table_from_the_same_start() -> None:

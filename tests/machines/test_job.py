@@ -58,6 +58,14 @@ def test_a_run_writes_its_folder(files, monkeypatch, capsys):
     assert "peak error true peak" in shown and "true error" in shown
 
 
+def test_a_run_without_figures(files, monkeypatch):
+    words = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    assert called(monkeypatch, *words, "--figures", "none") == 0
+    names = {p.name for p in (files / "out").iterdir()}
+    assert names == {"recording.h5", "summary.json", "report.html"}
+    assert "<img" not in (files / "out/report.html").read_text()
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -17,6 +17,7 @@ from macromicro.machines import job, machine, on_rig, runs
 from macromicro.machines.on_rig import Rigs
 from macromicro.machines.planning import Schedule
 from macromicro.recording import Recording
+from tests.systems import posix
 
 MINE = """
 import math
@@ -130,6 +131,7 @@ def test_what_does_not_come_there_ends_before_the_programme(
     assert "the way to 0 mm, where the programme begins: " in said
 
 
+@posix
 @pytest.mark.parametrize(
     ("rig", "said"),
     [

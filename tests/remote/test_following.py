@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from tests.serve.stage.test_served import example, served
+from tests.systems import posix
 from web_parts import Station, until
 
 from macromicro.control.live import messages as m
@@ -106,12 +107,13 @@ def test_the_asynchronous_client_streams_alike(server: WebServer, fake: Station)
     assert fake.points[0][0] == m.SetPoint(0.01, 0.02)
 
 
+@posix
 @pytest.mark.parametrize(
     ("how", "why"),
-    [(signal.SIGSTOP, "hold time over"), pytest.param(signal.SIGKILL, "", marks=pytest.mark.slow)],
+    [("SIGSTOP", "hold time over"), pytest.param("SIGKILL", "", marks=pytest.mark.slow)],
 )
 def test_a_streamed_sine_is_followed_and_a_client_that_hangs_or_dies_ends_it(
-    tmp_path: Path, how: signal.Signals, why: str
+    tmp_path: Path, how: str, why: str
 ) -> None:
     with served(tmp_path, example("screw")) as terminal:
         address = urlsplit(terminal.page)
@@ -134,7 +136,7 @@ def test_a_streamed_sine_is_followed_and_a_client_that_hangs_or_dies_ends_it(
                 assert streamer.stdout is not None and streamer.stdout.readline()
                 number = watcher.state.motion
                 assert number
-                streamer.send_signal(how)
+                streamer.send_signal(signal.Signals[how])
                 until(lambda: watcher.state.motion == 0)
                 streamer.kill()
             end = terminal.ask(f"MOVE:OUTC? {number}")

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.systems import posix
 from web_parts import Station, until
 
 from macromicro.control.live import messages as m
@@ -237,6 +238,7 @@ def test_a_client_that_is_killed_is_lost_at_once(server: WebServer, fake: Statio
     assert fake.ended[1].outcome == "lost" and fake.holder == ""
 
 
+@posix
 def test_an_interrupted_wait_stops_the_machine(client: Make, fake: Station) -> None:
     stage = client()
 

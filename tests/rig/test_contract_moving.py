@@ -11,6 +11,7 @@ import pytest
 
 from macromicro.rig import contract_moving
 from macromicro.rig.opening import open_rig
+from tests.systems import posix
 
 MACHINE = Path(__file__).parent / "cards" / "far_machine.py"
 
@@ -28,6 +29,7 @@ def machine(
     return float(request.param)
 
 
+@posix
 def test_a_killed_process_leaves_the_motor_on_unless_a_watchdog_drops_it(machine: float) -> None:
     seen = {e.what: e for e in contract_moving.check(open_rig("far_machine:bench"), 3.0)}
     assert list(seen) == ["direction", "coming to rest", "killed process"]

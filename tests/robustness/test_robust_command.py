@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import command as macromicro
+from tests.systems import posix
 from tests.warm import Command
 
 from macromicro.batch.programme_metrics import NAMES, measure
@@ -206,6 +207,7 @@ def test_bad_input_is_one_message(tmp_path: Path, arguments: list[str], words: s
     assert sorted(tmp_path.iterdir()) == before
 
 
+@posix
 @pytest.mark.slow
 def test_ctrl_c_reports_what_is_done(tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.command import command as macromicro
+from tests.systems import posix
 
 from macromicro import cli
 from macromicro.recorded import COLUMNS
@@ -97,6 +98,7 @@ def test_a_file_says_whether_its_run_finished_and_which_fault_ended_it(family, m
     assert said["fault"].startswith(("The ", "Axis y: The ")) and said["fault"].count(".") > 1
 
 
+@posix
 def test_rows_survive_a_process_that_is_killed_while_it_runs_on_a_rig(family, tmp_path):
     (tmp_path / "mortal.py").write_text(RIGS)
     words = ["run", "p.toml", "--config", "m.toml", "--out", "out", "--yes"]

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from tests.systems import linux
 
 from macromicro.errors import InputError
 from macromicro.runs import folder
@@ -45,6 +46,7 @@ def test_a_full_disk_is_said_before(tmp_path: Path) -> None:
         folder.check(tmp_path / "new", 10**18, overwrite=False)
 
 
+@linux
 @pytest.mark.parametrize("name", ["/proc/x", "/proc/x/deep", "/proc"])
 def test_a_place_that_keeps_no_files_is_not_called_full(name: str) -> None:
     """The kernel's own file system reports no bytes at all, even to the superuser."""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import command as macromicro
+from tests.systems import linux, posix
 
 from macromicro.errors import InputError
 from macromicro.runs.folder import held
@@ -37,6 +38,7 @@ def other(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], Path]]:
         process.kill()
 
 
+@linux
 def test_one_at_a_time_and_the_other_is_named(
     other: tuple[subprocess.Popen[str], Path],
 ) -> None:
@@ -49,6 +51,7 @@ def test_one_at_a_time_and_the_other_is_named(
     assert place.is_dir()
 
 
+@posix
 def test_a_killed_process_holds_nothing(other: tuple[subprocess.Popen[str], Path]) -> None:
     process, place = other
     os.kill(process.pid, signal.SIGKILL)

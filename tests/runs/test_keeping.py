@@ -11,7 +11,7 @@ from macromicro import api
 from macromicro.control import outside
 from macromicro.errors import InputError
 from macromicro.recording import Recording
-from macromicro.report.write import write
+from macromicro.report.write import reported, write
 from macromicro.runs import folder, job, keeping
 from macromicro.schema.par import changed
 from macromicro.serve.choosing import load as served
@@ -124,5 +124,6 @@ def test_a_run_writes_it_and_takes_an_old_one_away(tmp_path: Path) -> None:
     out = tmp_path / "out"
     for law, there in (("terminal", True), ("pd-tuned", False)):
         asked = job.check(job.Request(str(path), out, law=law, overwrite=True))
-        write(job.execute(asked), "now")
+        ended = job.execute(asked)
+        write(ended, reported(ended, "now"))
         assert (out / folder.LEARNED).exists() is there

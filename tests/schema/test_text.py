@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.systems import posix
 
 from macromicro.errors import InputError
 from macromicro.schema import text as textfile
@@ -34,6 +35,7 @@ def test_missing_directory_and_impossible_names(tmp_path: Path) -> None:
     assert "Not a directory" in refused(Path(__file__) / "a.toml")
 
 
+@posix
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     assert "not a regular file" in refused(tmp_path / "pipe.toml")

@@ -15,6 +15,7 @@ from macromicro.serve import health, preflight, warming
 from macromicro.serve.health import FAIL, OK, WARN, Finding
 from macromicro.serve.persist import Lock
 from tests.command import command as macromicro
+from tests.systems import linux
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
@@ -102,6 +103,7 @@ def test_real_time_priority_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "rtprio 37" in found.remedy
 
 
+@linux
 def test_trying_the_priority_leaves_this_thread_as_it_was() -> None:
     before = os.sched_getscheduler(0)
     health.realtime(10)
@@ -186,6 +188,7 @@ def test_a_short_token_is_none_where_others_connect(monkeypatch: pytest.MonkeyPa
     assert preflight.address("0.0.0.0").state == OK
 
 
+@linux
 @pytest.mark.parametrize("place", ["/proc/x", "/proc/x/y"])
 def test_a_file_system_that_takes_no_files(place: str) -> None:
     assert preflight.recording_folder(Path(place)).state == FAIL

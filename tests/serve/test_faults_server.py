@@ -26,6 +26,7 @@ from macromicro.control.live import messages as m
 from macromicro.recording import Recording
 from macromicro.rig import faulty
 from macromicro.serve import faults, persist, ticking
+from tests.systems import linux
 
 PITCH = 0.2 / 2800.0
 
@@ -89,6 +90,7 @@ def gone(number: int) -> bool:
     return state == "Z"
 
 
+@linux
 @pytest.mark.slow
 def test_a_server_killed_on_the_way_and_started_again(
     command: Callable[..., Command], tmp_path: Path
@@ -138,6 +140,7 @@ def test_a_server_killed_on_the_way_and_started_again(
     note("server killed", took, "0 V, the loop process ends", "at the next start: home first")
 
 
+@linux
 @pytest.mark.slow
 def test_a_port_in_use(command: Callable[..., Command], tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
@@ -184,6 +187,7 @@ def _busy() -> None:
         pass
 
 
+@linux
 @pytest.mark.slow
 def test_two_busy_processes_beside_the_loop(scene: Callable[..., Scene]) -> None:
     """On its own core, as favoured as it is: it keeps up, or stops with the fault that says so."""

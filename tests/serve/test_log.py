@@ -12,6 +12,7 @@ from macromicro.errors import InputError
 from macromicro.serve import log
 from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.log import Log
+from tests.systems import linux
 
 
 def test_a_file_gets_all_a_terminal_what_it_must_know(
@@ -55,6 +56,7 @@ def test_it_does_not_grow_without_end(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "line 999\n" in (tmp_path / "a.log").read_text()
 
 
+@linux
 def test_a_full_disk_disturbs_nobody(capsys: pytest.CaptureFixture[str]) -> None:
     with Log(Path("/dev/full")):
         for _ in range(3):

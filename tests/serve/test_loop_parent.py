@@ -17,6 +17,9 @@ from macromicro.errors import MacromicroError
 from macromicro.serve import persist
 from macromicro.serve.persist import Lock
 from macromicro.serve.station import Station
+from tests.systems import posix
+
+pytestmark = posix
 
 PARENT = """
 import sys

@@ -14,6 +14,7 @@ from macromicro.serve.alone import Alone
 from macromicro.serve.hosts import HOST
 from macromicro.serve.settings import ServeSettings, patient
 from tests.serve.quick import TEXT
+from tests.systems import linux
 
 
 def test_it_waits_longer_where_nobody_said_how_long() -> None:
@@ -35,6 +36,7 @@ def children() -> set[int]:
     return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}
 
 
+@linux
 @pytest.mark.slow
 def test_a_computer_that_stands_for_a_second_stops_no_move(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"

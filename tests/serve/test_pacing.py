@@ -15,6 +15,7 @@ from macromicro.serve import _pacing
 from macromicro.serve._pacing import Histogram, Pacer
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import BIN_S, BINS
+from tests.systems import linux
 
 
 class Time:
@@ -174,6 +175,7 @@ def test_what_is_permitted_is_asked_for_this_process(monkeypatch: pytest.MonkeyP
     assert got.words.endswith("memory locked")
 
 
+@linux
 def test_memory_that_may_not_be_locked(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a process of its own, with a limit below what Python takes."""
     text = (

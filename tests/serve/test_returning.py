@@ -17,6 +17,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.serve import faults, persist
 from macromicro.serve.station import Station
+from tests.systems import posix
 
 Make = Callable[..., Station]
 FIRST_S = 0.1  # between two tries
@@ -106,6 +107,7 @@ def test_a_rig_that_fails_each_time_is_tried_less_often(
     assert not machine.snapshot().running
 
 
+@posix
 def test_a_loop_that_was_killed_is_not_started_by_itself(station: Make, log: Any) -> None:
     """Nobody knows why it died; a rig that answers is no reason to go on."""
     machine = station()

@@ -20,6 +20,7 @@ from macromicro.serve._sending import Sender
 from macromicro.serve.persist import Kept
 from macromicro.serve.shared import EMERGENCY, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.station import Station
+from tests.systems import posix
 
 Make = Callable[..., Station]
 
@@ -138,6 +139,7 @@ def test_what_overtakes_a_motion_prevents_it(
     assert (machine.snapshot().motion, log[MOTOR]) == (0, 0.0)
 
 
+@posix
 def test_of_what_a_silent_loop_was_sent_only_a_stop_is_done_later(station: Make, log: Any) -> None:
     machine = station(reply_timeout=0.1)
     machine.start()

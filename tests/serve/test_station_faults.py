@@ -17,10 +17,12 @@ from macromicro.control.live.messages import Accepted, Refused
 from macromicro.rig import codes
 from macromicro.serve import faults
 from macromicro.serve.station import Station
+from tests.systems import posix
 
 Make = Callable[..., Station]
 
 
+@posix
 def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any) -> None:
     machine = station()
     machine.start()
@@ -41,6 +43,7 @@ def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any)
     assert causes(machine, "loop") == ["started", "rig stopped", "died", "started"]
 
 
+@posix
 def test_a_loop_told_to_end_leaves_safe(station: Make, log: Any) -> None:
     machine = station()
     machine.start()
@@ -70,6 +73,7 @@ def test_a_rig_that_fails_is_told_in_words(
     assert fault.remedy
 
 
+@posix
 def test_a_loop_that_gets_no_time_stops_with_a_fault(station: Make, log: Any) -> None:
     machine = station(miss_share=0.1, miss_window=1.0)
     machine.start()
@@ -91,6 +95,7 @@ def test_a_loop_that_gets_no_time_stops_with_a_fault(station: Make, log: Any) ->
     assert now.pace.missed > 100
 
 
+@posix
 def test_a_few_missed_periods_are_counted_and_nothing_stops(station: Make, log: Any) -> None:
     machine = station()  # its share is 1: never
     machine.start()

@@ -20,6 +20,7 @@ from macromicro.recording import Recording
 from macromicro.serve import _safing, faults, persist
 from macromicro.serve._pulse import Pulse
 from macromicro.serve.station import Station
+from tests.systems import posix
 
 Make = Callable[..., Station]
 
@@ -85,6 +86,7 @@ def test_silence_is_seen_within_half_a_second(
     assert outcome(machine, motion) == "fault"
 
 
+@posix
 def test_a_rig_that_cannot_be_interrupted_is_stopped_by_another_process(
     hung: Callable[..., tuple[Station, int]], log: Any, tmp_path: Path
 ) -> None:
@@ -123,6 +125,7 @@ def test_what_cannot_be_stopped_is_said_and_shown_as_unknown(
     assert log[MOTOR] == 1.0
 
 
+@posix
 def test_a_killed_loop_leaves_a_rig_that_another_process_stops(
     station: Make, log: Any, tmp_path: Path
 ) -> None:
@@ -145,6 +148,7 @@ def test_a_killed_loop_leaves_a_rig_that_another_process_stops(
     assert "motor 1.00 V" in fault.evidence and "signal 9" in fault.evidence
 
 
+@posix
 def test_a_loop_killed_at_rest_leaves_no_trust_behind(
     station: Make, log: Any, tmp_path: Path
 ) -> None:

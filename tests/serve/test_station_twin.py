@@ -19,6 +19,7 @@ from macromicro.serve import _background, persist
 from macromicro.serve.persist import Kept
 from macromicro.serve.station import Station
 from tests.serve.quick import quick
+from tests.systems import posix
 
 
 def loop_of(station: Station) -> int:
@@ -32,6 +33,7 @@ def ask(station: Station, request: m.Request) -> int:
     return reply.id
 
 
+@posix
 def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
     station = Station(settings=quick(loop_timeout=5.0), state=tmp_path / "position.json")
     with station:
@@ -117,6 +119,7 @@ def test_the_file_says_moving_until_the_carriage_has_come_to_rest(
     assert coasting.snapshot().trusted
 
 
+@posix
 def test_a_kill_while_it_coasts_is_noticed(coasting: Station, tmp_path: Path) -> None:
     os.kill(loop_of(coasting), signal.SIGKILL)
     until(lambda: not coasting.snapshot().running)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import shutil
 import signal
 import subprocess
@@ -18,6 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 import sweep_fake
 from sweep_fake import FACTORY, Make, evaluated, swept
+from tests.systems import posix
 
 from macromicro import __version__
 from macromicro.errors import InputError
@@ -161,6 +161,7 @@ def test_a_stop_while_the_results_are_written(make: Make, tmp_path: Path) -> Non
     assert swept(spec, out, resume=True).before == 20
 
 
+@posix
 @pytest.mark.parametrize(
     "everything",
     [pytest.param(True, marks=pytest.mark.slow), False],
@@ -181,6 +182,7 @@ def test_a_killed_run_is_resumed(make: Make, tmp_path: Path, everything: bool) -
     assert sorted([*evaluated(log), *kept]) == list(range(60))
 
 
+@posix
 @pytest.mark.parametrize(
     "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
 )
@@ -213,8 +215,11 @@ def test_two_runs_in_one_folder(make: Make, tmp_path: Path) -> None:
     assert swept(spec, out, resume=True).before >= 2
 
 
+@posix
 def test_a_full_disk_ends_it_and_it_is_resumed(make: Make, tmp_path: Path) -> None:
     """A limit of the size of files does what a full disk does."""
+    import resource
+
     spec, out, before = make(40), tmp_path / "out", resource.getrlimit(resource.RLIMIT_FSIZE)
     ready = run.check(run.Request(spec, out, 1, factory=FACTORY))
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import command as macromicro
+from tests.systems import posix
 from tests.warm import Command
 
 COMMAND = [sys.executable, "-m", "macromicro"]
@@ -72,6 +73,7 @@ def test_no_number(tmp_path: Path) -> None:
     assert "'many'; accepted: a whole number" in done.stderr
 
 
+@posix
 def test_an_interrupt_keeps_the_best_so_far(tmp_path: Path) -> None:
     """Ctrl-C in a search that would take minutes."""
     process = Command(

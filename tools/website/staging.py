@@ -69,8 +69,18 @@ def contents() -> str:
         listed = "\n".join(f"/{staged(name).removesuffix('.md')}" for name in section.pages)
         text += f"\n```{{toctree}}\n:hidden:\n:caption: {section.title}\n\n{listed}\n```\n"
     names = "\n".join(f"/reference/{page.name}" for page in reference.PAGES)
-    first = f'\n<p><a href="{TWIN}">The two-stage machine, simulated in your browser</a></p>\n'
-    return f"{first}{text}\n```{{toctree}}\n:hidden:\n:caption: Python\n\n{names}\n```\n"
+    return f"{text}\n```{{toctree}}\n:hidden:\n:caption: Python\n\n{names}\n```\n"
+
+
+def front(text: str) -> str:
+    """The front page: with the simulated machine before the first section, and the contents."""
+    head, section, rest = text.partition("\n## ")
+    shown = f"""
+<iframe src="{TWIN}" title="The two-stage machine" width="100%" height="1080"></iframe>
+
+<p>The two-stage machine, simulated in your browser; <a href="{TWIN}">alone on a page</a>.</p>
+"""
+    return f"{head}{shown}{section}{rest}{contents()}"
 
 
 def stage(into: Path) -> None:
@@ -85,5 +95,5 @@ def stage(into: Path) -> None:
         if name.endswith(".ipynb"):
             text = notebooks.page(place.stem, json.loads(text), place.parent)
         text = rewritten(name, text, into)
-        place.write_text(text + (contents() if name == INDEX else ""), encoding="utf-8")
+        place.write_text(front(text) if name == INDEX else text, encoding="utf-8")
     reference.write(into / "reference")

@@ -117,7 +117,7 @@ def text(found: Calibration) -> str:
     return "\n".join([*lines, *found.remarks])
 
 
-def write(out: Path, found: Calibration, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+def write(out: Path, found: Calibration, kinds: Sequence[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier calibration there is replaced."""
     machine = found.request.machine
     with folder.staged(out, remove=FILES) as place:

@@ -111,7 +111,7 @@ def show_rows(rows: Iterable[tuple[str, ...]]) -> None:
         print(f"{name:{width}} {value:>12} {unit:10} {remark}".rstrip())
 
 
-def one_stage(place: Place, options: Options, out: Path, seed: int, kinds: Iterable[str]) -> Task:
+def one_stage(place: Place, options: Options, out: Path, seed: int, kinds: Sequence[str]) -> Task:
     from macromicro.commission import report
     from macromicro.commission.running import commission
 
@@ -148,7 +148,7 @@ def two_axes(
     options: Callable[[Place], Options],
     out: Path,
     seed: int,
-    kinds: Iterable[str],
+    kinds: Sequence[str],
 ) -> Task:
     """Each axis from its encoder, then both in coordinated moves."""
     from macromicro.commission import plane, report

@@ -55,12 +55,15 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = "",
     effort: Annotated[
-        str, typer.Option(help="Largest voltage, such as '8 V'.", show_default="all there is")
+        str,
+        typer.Option(
+            help="Largest voltage, such as '8 V'.", show_default="the largest that the rig has"
+        ),
     ] = "",
     lowest: Annotated[
         str,
         typer.Option(
-            help=("Lowest voltage of your own rig that is no axis, such as '-2 V'."),
+            help="Lowest voltage of your own rig of another kind than axis, such as '-2 V'.",
             show_default="0 V",
         ),
     ] = "",
@@ -84,7 +87,10 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = "",
     high: Annotated[
-        str, typer.Option("--to", help="High end of it; the end stops are not searched then.")
+        str,
+        typer.Option(
+            "--to", help="High end of the allowed travel; the end stops are then not searched."
+        ),
     ] = "",
     ends: Annotated[
         str,
@@ -127,7 +133,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     own, given = (pitch, kind, lowest), (effort, speed, creep, travel, low, high)
     out = folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
     if kind == _commissioning.KIND:
-        _refuse_single(kinds, figures, (pitch, lowest, *given, ends))
+        _refuse_single(figures, (pitch, lowest, *given, ends))
         task = _commissioning.two_stages(config, rig, kiln, out, seed)
     elif kiln:
         raise ProblemError("--kiln", f"only with --kind {_commissioning.KIND}")
@@ -143,12 +149,12 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     _commissioning.run(task, out, rig, overwrite=overwrite, resume=resume, yes=yes)
 
 
-def _refuse_single(kinds: tuple[str, ...], figures: str, given: tuple[str, ...]) -> None:
+def _refuse_single(figures: str, given: tuple[str, ...]) -> None:
     """Refuse options of a single stage with both stages of the two-stage machine."""
     from macromicro.commands._commissioning import KIND
     from macromicro.errors import InputError, ProblemError
 
-    if kinds != (PNG,):
+    if figures != PNG:
         raise InputError("--figures", figures, f"{PNG} with --kind {KIND}")
     names = ("pitch", "lowest", "effort", "speed", "creep", "travel", "from", "to", "ends")
     for name, value in zip(names, given, strict=True):

@@ -90,8 +90,8 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
             min=0.5,
             max=86400.0,
             help=(
-                "Only measure how well this computer keeps the loop's period, for so long, on the "
-                "simulated machine."
+                "Only measure for S seconds how well this computer keeps the loop's period, with "
+                "the simulated machine."
             ),
             show_default=False,
         ),

@@ -27,6 +27,7 @@ def examples(
     for source, place in _sources().items():
         shutil.copytree(source, folder / place, ignore=shutil.ignore_patterns("__pycache__"))
     print(f"examples: {folder}")
+    print(f"then: macromicro run --config {printable(folder / 'machines/stage.toml', 300)}")
 
 
 def _sources() -> dict[Path, str]:

@@ -8,15 +8,15 @@ import typer
 
 from macromicro.commands.options import Config, Json
 
-WAYS = ("200 mm", "100 mm", "40 mm", "10 mm", "1 mm")
+DISTANCES = ("200 mm", "100 mm", "40 mm", "10 mm", "1 mm")
 PLACES = ("1 mm", "2 mm", "3 mm", "2 mm", "1 mm")
 
 
 def limits(
-    ways: Annotated[
+    distances: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="WAY ...",
+            metavar="DISTANCE ...",
             help=(
                 "Distances of the carriage; with --micro successive positions of the micro-stage."
             ),
@@ -32,8 +32,8 @@ def limits(
     """Print the quickest moves that a bench allows.
 
     The carriage gets full effort in one direction, then in the other; the micro-stage full heat or
-    none. The computation uses the bench's own parameters. It serves to judge laws, which may not
-    read them (docs/validation/beyond.md).
+    none. The computation uses the bench's own parameters, which a law may not read. It shows how
+    much a law leaves unused (docs/validation/beyond.md).
     """
     from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest
@@ -41,8 +41,8 @@ def limits(
     from macromicro.settings import Settings, chosen
     from macromicro.units import quantity
 
-    texts = ways or (PLACES if micro else WAYS)
-    places = [(text, quantity(text, "m", "WAY")) for text in texts]
+    texts = distances or (PLACES if micro else DISTANCES)
+    places = [(text, quantity(text, "m", "DISTANCE")) for text in texts]
     settings = chosen(Settings(), config, None)
     wanted = [place for _, place in places]
     fine = turns(settings.bench, settings.sensors, wanted) if micro else []
@@ -56,6 +56,6 @@ def limits(
         for turn in fine:
             print(f"{1e3 * turn.start:>7.3f} mm  {1e3 * turn.place:>7.3f} mm  {turn.time:>8.3f} s")
         return
-    print(f"{'way':>10}  {'to one count':>12}  {'full effort':>11}")
+    print(f"{'distance':>10}  {'to one count':>12}  {'full effort':>11}")
     for (text, _), each in zip(places, found, strict=True):
         print(f"{text:>10}  {each.time:>10.3f} s  {each.full / 1e3:>9.3f} s")

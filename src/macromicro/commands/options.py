@@ -22,7 +22,7 @@ Figures = Annotated[
     Option(
         "--figures",
         metavar="FORMATS",
-        help="Formats of the figures: png, svg, pdf, or several, such as svg,pdf.",
+        help="Formats of the figures: png, svg, pdf, several, such as svg,pdf, or none.",
     ),
 ]
 Json = Annotated[bool, Option("--json", help="Print only the results, as JSON.")]

@@ -69,7 +69,7 @@ def _run(
 ) -> None:
     from macromicro.report import terminal
     from macromicro.report.run import as_json as to_json
-    from macromicro.report.write import write
+    from macromicro.report.write import reported, write
     from macromicro.runs.folder import held
 
     with held(job.out, overwrite=job.request.overwrite, names=job.names):
@@ -77,8 +77,12 @@ def _run(
         signals.later()
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
         ended = performed(execute, job, terminal.progress(job), signals)
+        report = reported(ended, started)
+        if not as_json:  # before the figures are drawn, which takes a second
+            terminal.show(report, job.out)
+            sys.stdout.flush()
         try:
-            report = write(ended, started)
+            write(ended, report)
         except OSError as error:
             reason = error.strerror or str(error)
             said = f"the report could not be written: {reason}; the recording is in {job.out}"
@@ -87,7 +91,6 @@ def _run(
         if as_json:
             print(to_json(report.summary), end="")
         else:
-            terminal.show(report, job.out)
             print(f"results: {job.out}")
             more()
         if report.problems:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.options import Overwrite
+from macromicro.commands.options import PNG, Overwrite
 
 if TYPE_CHECKING:
     from macromicro.recording import Recording
@@ -50,6 +50,7 @@ def plot(
     The page (docs/files.md) is one file that opens without a network. Columns of one unit share
     a panel.
     """
+    from macromicro.drawing.files import formats
     from macromicro.errors import ProblemError
     from macromicro.files import recordings
     from macromicro.runs import folder
@@ -63,7 +64,7 @@ def plot(
     if not len(recording):
         raise ProblemError(str(file), "the recording has no rows")
     name = file.stem if file.is_file() and file.stem != "recording" else recording.label
-    places = out or [OUT / f"{name}.{kind}" for kind in (HTML, "png")]
+    places = out or [OUT / f"{name}.{kind}" for kind in (HTML, *formats(PNG))]
     for place in places:
         _check(place, overwrite=overwrite)
     if times != [None, None]:

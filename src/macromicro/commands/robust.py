@@ -74,8 +74,8 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 ) -> None:
     """Try machines with other friction, load, noise and more.
 
-    The two-stage machine also varies belt, room temperature and the age of its actuator. With a
-    --config file of another machine (docs/machines.md) what its data sheets leave open varies.
+    Of the two-stage machine, belt, room temperature and the actuator's age vary too. Of another
+    machine (--config, docs/machines.md), what its data sheet leaves open varies.
     """
     from macromicro.drawing.files import formats
     from macromicro.machines import doubts

@@ -142,7 +142,7 @@ def strokes(records: Sequence[Record], model: Model, dt: float, place: Place = L
             axes[0, k],
             "" if k else "strokes",
             "",
-            f"way [{place.unit}]" if not k else "",
+            f"travel [{place.unit}]" if not k else "",
             legend=k == _SHOWN - 1,
         )
         finish(

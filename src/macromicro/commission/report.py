@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -145,22 +145,10 @@ def write(
     found: Commissioned,
     place: Place,
     started: str,
-    kinds: Iterable[str] = drawings.DEFAULT,
+    kinds: Sequence[str] = drawings.DEFAULT,
 ) -> None:
     """Write all files or none, beside those of the steps."""
     work, kind = found.work, place.kind
-    figures = [
-        PageFigure(name, one.title, one.caption, one.figure(work, found.model))
-        for name, one in kind.figures.items()
-    ]
-    figures.append(
-        PageFigure(
-            VERIFICATION,
-            "Verification",
-            "Verification moves, not used before, with the gains that follow from the model.",
-            verification(found.verified.recording, kind.place),
-        )
-    )
     with folder.staged(out) as stage:
         write_text(stage / MACHINE, found.toml)
         write_text(stage / JSON, as_json(found, place))
@@ -178,11 +166,22 @@ def write(
             doubts=doubts(found, place),
             headings=headings(kind.place),
             moves=move_rows(found),
-            pictures=saved(figures, stage, kinds),
+            pictures=saved(_figures(found, kind), stage, kinds),
             file=MACHINE,
             toml=found.toml,
         )
         write_text(stage / PAGE, text)
+
+
+def _figures(found: Commissioned, kind: Kind) -> Iterator[PageFigure]:
+    for name, one in kind.figures.items():
+        yield PageFigure(name, one.title, one.caption, one.figure(found.work, found.model))
+    yield PageFigure(
+        VERIFICATION,
+        "Verification",
+        "Verification moves, not used before, with the gains that follow from the model.",
+        verification(found.verified.recording, kind.place),
+    )
 
 
 def names(kind: Kind) -> tuple[str, ...]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Iterable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from macromicro.errors import InputError
+from macromicro.extras import remedy
 from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
@@ -16,6 +19,8 @@ if TYPE_CHECKING:
 PNG, SVG, PDF = "png", "svg", "pdf"
 FORMATS = (PNG, SVG, PDF)
 DEFAULT = (PNG,)
+NONE = "none"
+EXTRA = "figures"  # brings matplotlib
 _SELF = "macromicro"
 _NOTES: dict[str, dict[str, str | None]] = {
     PNG: {"Software": _SELF},
@@ -47,10 +52,16 @@ def names(figures: Iterable[str]) -> tuple[str, ...]:
 
 
 def formats(text: str | Sequence[str], where: str = "--figures") -> tuple[str, ...]:
+    """The formats that are asked for; none, with a note, where matplotlib is not installed."""
     words = text.split(",") if isinstance(text, str) else text
     found = tuple(dict.fromkeys(word.strip().lower().removeprefix(".") for word in words))
+    if found == (NONE,):
+        return ()
     for word in found:
         if word not in FORMATS:
-            accepted = f"{', '.join(FORMATS)}, or several separated by commas, such as svg,pdf"
+            accepted = f"{', '.join(FORMATS)}, several with commas such as svg,pdf, or {NONE}"
             raise InputError(where, printable(word or text), accepted)
+    if found and find_spec("matplotlib") is None:
+        print(f"macromicro: no figures without matplotlib: {remedy(EXTRA)}", file=sys.stderr)
+        return ()
     return found

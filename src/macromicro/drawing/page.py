@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -36,9 +36,11 @@ class Picture(NamedTuple):
 
 
 def saved(
-    figures: Iterable[PageFigure], folder: Path, kinds: Iterable[str] = DEFAULT
+    figures: Iterable[PageFigure], folder: Path, kinds: Sequence[str] = DEFAULT
 ) -> list[Picture]:
-    """Write figures in all `kinds` to a folder; the pictures for its page."""
+    """Write figures in all `kinds` to a folder; the pictures for its page. Of no kind: none."""
+    if not kinds:
+        return []
     return [
         Picture(f.name, f.title, f.caption, save(f.figure, folder, f.name, kinds)) for f in figures
     ]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.drawing.files import EXTRA
+from macromicro.extras import require
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +28,7 @@ BINS = 900
 
 
 def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+    require("figures", "matplotlib", EXTRA)
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from macromicro.drawing.notebook import NotebookFigure

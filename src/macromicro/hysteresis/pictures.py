@@ -25,7 +25,7 @@ def staircase(model: Preisach) -> tuple[Array, Array]:
 
 
 def draw_plane(model: Preisach, unit: str = "") -> Figure:
-    figure, axes = _figure(f"Preisach plane at u = {model.u:g} {unit}".rstrip())
+    figure, axes = _figure()
     lo, hi = model.table.lo, model.table.hi
     beta, alpha = staircase(model)
     axes.fill([lo, hi, lo], [lo, hi, hi], color="0.93", label="S- (down)")
@@ -40,27 +40,29 @@ def draw_plane(model: Preisach, unit: str = "") -> Figure:
     for k, (top, low) in enumerate(corners if len(corners) < 8 else (), 1):
         axes.annotate(f"$(M_{k}, m_{k})$", (low, top), xytext=(4, 4), textcoords="offset points")
     axes.set_aspect("equal")
-    _label(axes, rf"down threshold $\beta$ {_in(unit)}", rf"up threshold $\alpha$ {_in(unit)}")
-    axes.legend(loc="lower right", frameon=False)
+    title = f"Preisach plane at u = {model.u:g} {unit}".rstrip()
+    _finish(axes, title, *_thresholds(unit), legend=True)
     return figure
 
 
 def draw_density(table: FodTable, unit: str = "") -> Figure:
-    figure, axes = _figure("Preisach density")
+    figure, axes = _figure()
     density = np.sign(table.span) * table.density
     sizes = np.abs(density[np.isfinite(density)])
     # A few cells on the diagonal must not leave all others pale.
     most = float(np.quantile(sizes, 0.995)) or float(sizes.max())
     edges = table.grid
     mesh = axes.pcolormesh(edges, edges, density, cmap="RdBu", vmin=-most, vmax=most)
-    figure.colorbar(mesh, ax=axes, label=r"$\mu$ (output per input squared)", extend="both")
+    scale = figure.colorbar(mesh, ax=axes, extend="both")
+    scale.set_label(r"$\mu$ [output per input squared]", fontsize=8.5)
+    scale.ax.tick_params(labelsize=8)
     axes.set_aspect("equal")
-    _label(axes, rf"down threshold $\beta$ {_in(unit)}", rf"up threshold $\alpha$ {_in(unit)}")
+    _finish(axes, "Preisach density", *_thresholds(unit))
     return figure
 
 
 def draw_curves(table: FodTable, u_unit: str = "", f_unit: str = "", most: int = 25) -> Figure:
-    figure, axes = _figure(f"First-order {table.kind} curves")
+    figure, axes = _figure()
     raw = table.raw
     chosen = [raw[k] for k in _evenly(len(raw), most)]
     descending = table.kind == "descending"
@@ -76,8 +78,8 @@ def draw_curves(table: FodTable, u_unit: str = "", f_unit: str = "", most: int =
     grid, rising, falling = table.major_loop
     axes.plot(grid, rising, color="k", linewidth=1.2, label="major loop")
     axes.plot(grid, falling, color="k", linewidth=1.2)
-    _label(axes, f"input u {_in(u_unit)}", f"output f {_in(f_unit)}")
-    axes.legend(frameon=False)
+    title = f"First-order {table.kind} curves"
+    _finish(axes, title, f"input u {_in(u_unit)}", f"output f {_in(f_unit)}", legend=True)
     return figure
 
 
@@ -91,19 +93,22 @@ def _evenly(count: int, most: int) -> list[int]:
     return sorted({round(k) for k in np.linspace(0, count - 1, min(count, most))}) if count else []
 
 
-def _figure(title: str) -> tuple[Figure, Axes]:
-    from macromicro.drawing.notebook import NotebookFigure
+def _figure() -> tuple[Figure, Axes]:
+    from macromicro.drawing.style import new
 
-    figure = NotebookFigure(figsize=(6.0, 5.0), layout="constrained")
-    axes = figure.subplots()
-    axes.set_title(title)
-    return figure, axes
+    figure, axes = new(6.2, 1)
+    return figure, axes[0, 0]
 
 
 def _in(unit: str) -> str:
-    return f"({unit})" if unit else ""
+    return f"[{unit}]" if unit else ""
 
 
-def _label(axes: Axes, x: str, y: str) -> None:
-    axes.set_xlabel(x.strip())
-    axes.set_ylabel(y.strip())
+def _thresholds(unit: str) -> tuple[str, str]:
+    return rf"down threshold $\beta$ {_in(unit)}", rf"up threshold $\alpha$ {_in(unit)}"
+
+
+def _finish(axes: Axes, title: str, x: str, y: str, *, legend: bool = False) -> None:
+    from macromicro.drawing.style import finish
+
+    finish(axes, title, x.strip(), y.strip(), legend=legend)

@@ -148,7 +148,7 @@ class Result:
         folder : str | PathLike[str]
             Made if it is not there; files of these names are replaced.
         figures : str | Sequence[str], optional
-            Formats of the figures: "png", "svg", "pdf", or several.
+            Formats of the figures: "png", "svg", "pdf", or several; "none" draws none.
 
         Raises
         ------
@@ -162,7 +162,7 @@ class Result:
         place.mkdir(parents=True, exist_ok=True)
         write_text(place / RESULT, self.to_json())
         write_text(place / MODEL, self.to_toml())
-        for name, figure in self.plot().items():
+        for name, figure in self.plot().items() if kinds else ():
             assert name in FIGURES, name
             drawings.save(figure, place, name, kinds)
         for name, write in self.extra.items():

@@ -140,4 +140,5 @@ def write(out: Path, found: Shown, kinds: Sequence[str]) -> None:
     with folder.staged(out, remove=FILES) as place:
         text = json.dumps(plain(found.content()), indent=2, allow_nan=False)
         write_text(place / NUMBERS, text + "\n")
-        drawings.save(found.draw(), place, FIGURE, kinds)
+        if kinds:
+            drawings.save(found.draw(), place, FIGURE, kinds)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ BYTES = 20_000_000 + zoomable.BYTES
 FILES = (JSON, PAGE, *files.names((OVERLAY,)))
 
 
-def write(out: Path, found: Comparison, kinds: Iterable[str] = files.DEFAULT) -> None:
+def write(out: Path, found: Comparison, kinds: Sequence[str] = files.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier comparison there is replaced.
 
     The figure shows the main columns, the page also all others that vary.
@@ -34,8 +34,9 @@ def write(out: Path, found: Comparison, kinds: Iterable[str] = files.DEFAULT) ->
     with folder.staged(out, remove=FILES) as place:
         write_text(place / JSON, as_json(content(found)))
         write_text(place / PAGE, zoomable.page(recordings, [*main, *rest], labels))
-        figure = traces.overlay(*recordings, columns=main, labels=labels)
-        files.save(figure, place, OVERLAY, kinds)
+        if kinds:
+            figure = traces.overlay(*recordings, columns=main, labels=labels)
+            files.save(figure, place, OVERLAY, kinds)
 
 
 def _varies(found: Comparison, name: str) -> bool:

@@ -13,6 +13,8 @@ from macromicro.lab.learning import Learned
 
 
 def draw(found: Learned, folder: Path, kinds: Sequence[str]) -> None:
+    if not kinds:
+        return
     figure, axes = new(6.4, 3)
     above, middle, below = axes[:, 0]
     rows = found.programme.stage == 1

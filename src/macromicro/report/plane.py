@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from macromicro.commission import procedure, report
 from macromicro.commission.plane import Both
 from macromicro.commission.running import Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import filled, saved
+from macromicro.drawing.page import PageFigure, filled, saved
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
@@ -103,19 +103,15 @@ def write(
     found: Both,
     places: tuple[Place, Place],
     started: str,
-    kinds: Iterable[str] = drawings.DEFAULT,
+    kinds: Sequence[str] = drawings.DEFAULT,
 ) -> None:
     """Write the results of both; each axis' own stay beside them."""
-    drawn = [
-        joint_figures.path(found.recording, found.plan, found.settings.path.tolerance),
-        joint_figures.axes_over_time(found.recording, found.plan, XY_MACHINE, found.settings),
-    ]
     signs = {procedure.sign(p.kind, f.work) for p, f in zip(places, found.axes, strict=True)}
     with folder.staged(out) as stage:
         write_text(stage / report.MACHINE, found.toml)
         write_text(stage / report.JSON, as_json(found, places))
         found.recording.save(stage / report.RECORDING)
-        shown = saved(drawn, stage, kinds)
+        shown = saved(_figures(found), stage, kinds)
         text = filled(
             report.TEMPLATE,
             name=" and ".join(place.name for place in places),
@@ -135,3 +131,8 @@ def write(
             toml=found.toml,
         )
         write_text(stage / report.PAGE, text)
+
+
+def _figures(found: Both) -> Iterator[PageFigure]:
+    yield joint_figures.path(found.recording, found.plan, found.settings.path.tolerance)
+    yield joint_figures.axes_over_time(found.recording, found.plan, XY_MACHINE, found.settings)

@@ -24,7 +24,7 @@ def response(ended: Ended) -> PageFigure:
     finish(errors, "Set point minus position; dotted: tolerance", "", f"[{place.fine}]")
     line(efforts, t, r["effort"], ORANGE, "effort")
     if "integral" in r:
-        line(efforts, t, r["integral"], BLACK, "of it integral", linewidth=0.8)
+        line(efforts, t, r["integral"], BLACK, "its integral part", linewidth=0.8)
     finish(efforts, "Effort at the D/A", y="[V]", legend=True)
     figure.subplots_adjust(hspace=0.28)
     return CAPTIONS["response of a stage"].page("response", figure)

@@ -11,15 +11,18 @@ from macromicro.runs.job import Ended
 from macromicro.schema.text import write_text
 
 
-def write(ended: Any, started: str) -> RunReport:
-    if not isinstance(ended, Ended):
-        report = machine.report(ended, started)
+def reported(ended: Any, started: str) -> RunReport:
+    if isinstance(ended, Ended):
+        return two_stage.report(ended, started)
+    return machine.report(ended, started)
+
+
+def write(ended: Any, report: RunReport) -> None:
+    if isinstance(ended, Ended):
+        _keep(ended)
+        run.write(ended, report, _figures.draw(ended))
+    else:
         run.write(ended, report, machine.draw(ended))
-        return report
-    report = two_stage.report(ended, started)
-    _keep(ended)
-    run.write(ended, report, _figures.draw(ended))
-    return report
 
 
 def _keep(ended: Ended) -> None:

@@ -64,9 +64,9 @@ def _yields(study: Study) -> PageFigure:
 def _tornado(study: Study) -> PageFigure:
     names = [n for n in study.subject.main if math.isfinite(study.nominal[study.at(n)])]
     rows = max(1, (len(names) + 1) // 2)
-    height = 0.7 + 2.25 * rows
+    height = 0.8 + 2.35 * rows
     figure, axes = style.new(height, rows, 2)
-    figure.subplots_adjust(left=0.155, wspace=0.52, hspace=0.62, right=0.97)
+    figure.subplots_adjust(left=0.155, wspace=0.52, hspace=0.75, right=0.97)
     for ax in axes.flat[len(names) :]:
         ax.set_visible(False)
     for letter, ax, name in zip("abcdef", axes.flat, names, strict=False):
@@ -116,7 +116,9 @@ def _bars(ax: Any, study: Study, name: str, letter: str) -> None:
     ax.axvline(middle, color=BLACK, linewidth=0.9)
     ax.set_yticks(places, [_label(i) for i in found], fontsize=7.5)
     unit = f" [{metric.unit}]" if metric.unit else ""
-    style.finish(ax, f"({letter}) {name.replace('_', ' ')}", f"{metric.meaning}{unit}")
+    label = textwrap.fill(f"{metric.meaning}{unit}", 50)
+    style.finish(ax, f"({letter}) {name.replace('_', ' ')}", label)
+    ax.locator_params(axis="x", nbins=5)
     ax.set_xlim(low - room, edge)
     ax.set_ylim(-0.6, _BARS - 0.4)
 

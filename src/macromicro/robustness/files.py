@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ FILES = (PAGE, JSON, SAMPLES, *drawings.names(_figures.FIGURES))
 BYTES = 4_000_000
 
 
-def write(out: Path, study: Study, about: About, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+def write(out: Path, study: Study, about: About, kinds: Sequence[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier study there is replaced."""
     with folder.staged(out, remove=_earlier(out)) as place:
         write_text(place / JSON, as_json(study, about))

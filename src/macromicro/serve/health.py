@@ -24,8 +24,9 @@ from macromicro.serve.warming import is_compiled
 
 OK, WARN, FAIL = "ok", "warn", "fail"
 NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "typer")
-NEEDED += ("rich", "matplotlib", "jinja2", "websockets")
+NEEDED += ("rich", "jinja2", "websockets")
 EXTRAS = {  # distribution: what for, and the extra of this package that brings it
+    "matplotlib": ("figures", "figures"),
     "xarray": ("recordings as xarray datasets", "xarray"),
     "h5netcdf": ("xarray datasets in netCDF files", "xarray"),
     "pandas": ("recordings as pandas tables", "pandas"),

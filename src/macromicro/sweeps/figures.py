@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,16 +25,15 @@ _APART = 0.003  # of the range of colours: differences below are noise, not cont
 _DECADES = 30.0  # beyond this ratio colours are logarithmic
 
 
-def save(folder: Path, kinds: Iterable[str] = files.DEFAULT) -> list[Path]:
+def save(folder: Path, kinds: Sequence[str] = files.DEFAULT) -> list[Path]:
     """Draw a finished sweep into its folder; figures in other formats are removed."""
-    figure = draw(load(folder))
+    figure = draw(load(folder)) if kinds else None
     for name in FIGURES:
         (folder / name).unlink(missing_ok=True)
     if figure is None:
         return []
-    wanted = tuple(kinds)
-    files.save(figure, folder, NAME, wanted)
-    return [folder / f"{NAME}.{kind}" for kind in wanted]
+    files.save(figure, folder, NAME, kinds)
+    return [folder / f"{NAME}.{kind}" for kind in kinds]
 
 
 def draw(results: Results) -> Figure | None:

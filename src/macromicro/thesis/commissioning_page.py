@@ -13,7 +13,7 @@ from macromicro.commission.report import JSON, PAGE, TEMPLATE
 from macromicro.drawing.page import Picture, filled
 from macromicro.identify.clusters import within
 from macromicro.identify.result import rounded
-from macromicro.report.write import write as write_run
+from macromicro.report import write as run_report
 from macromicro.runs import folder
 from macromicro.schema.text import plain, write_text
 from macromicro.thesis.commissioning import DIRECTIONS, MACHINE, STEPS, VERIFICATION, Commissioned
@@ -27,7 +27,7 @@ _NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verifi
 
 
 def write(found: Commissioned, name: str, started: str) -> None:
-    write_run(found.ended, started)
+    run_report.write(found.ended, run_report.reported(found.ended, started))
     text = filled(
         TEMPLATE,
         name=name,

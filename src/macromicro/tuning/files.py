@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,7 +41,7 @@ def summarise(found: Tuning) -> Report:
     return Report(found, words.rows(found, margins), list(words.remarks(found)))
 
 
-def write(out: Path, report: Report, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+def write(out: Path, report: Report, kinds: Sequence[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier tuning there is replaced."""
     with folder.staged(out, remove=FILES) as place:
         write_text(place / SETTINGS, as_toml(report))

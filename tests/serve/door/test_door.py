@@ -16,6 +16,7 @@ from tests.serve.fake_station import FakeStation
 from tests.serve.scpi.client import Client, until
 from tests.serve.web.web_parts import Client as Page
 from tests.serve.web.web_parts import Station as PageStation
+from tests.systems import linux
 
 from macromicro.serve.door import _connection
 from macromicro.serve.door._bounds import Bounds
@@ -305,6 +306,7 @@ def probed(server: int, client: int) -> None:
     assert ticks <= 5 * os.sysconf("SC_CLK_TCK")
 
 
+@linux
 @LINES
 def test_the_system_asks_whether_a_client_lives(serve: Any, station: Any, spoken: Protocol) -> None:
     client = serve(spoken)()
@@ -359,6 +361,7 @@ def test_the_records_port_does_nothing_of_another_protocol(
     untouched(station)
 
 
+@linux
 def test_the_system_asks_whether_a_circuit_lives(records: EpicsServer) -> None:
     with answered(records) as circuit:
         probed(records.address[1], circuit.getsockname()[1])
@@ -430,6 +433,7 @@ def test_the_page_s_port_does_nothing_of_another_protocol(page: Any, data: bytes
     own.close()
 
 
+@linux
 def test_the_system_asks_whether_a_page_lives(page: Any) -> None:
     _, server = page
     client = Page(server.address[1], {"frames": False})

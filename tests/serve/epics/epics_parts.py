@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.serve.stage.test_served import PATIENT
+from tests.systems import require_posix
 from tests.warm import Command
 
 
@@ -37,6 +38,7 @@ PREFIX = "T"
 
 @contextlib.contextmanager
 def serving(folder: Path, text: str = "", token: str = "") -> Iterator[None]:
+    require_posix()
     (folder / "own.toml").write_text(text + PATIENT, encoding="utf-8")
     command = [sys.executable, "-m", "macromicro", "serve", "--config", "own.toml"]
     command += ["--scpi", "-1", "--web", "-1", "--epics", PREFIX, "--state", "position.json"]

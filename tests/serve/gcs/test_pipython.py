@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from tests.serve.stage.test_served import PATIENT, example
+from tests.systems import posix
 from tests.warm import Command
 
 pytest.importorskip("pipython")
@@ -23,7 +24,10 @@ from pipython import GCSDevice, GCSError, pitools
 from pipython.pidevice.interfaces.pisocket import PISocket
 
 # Its devices close a second time when they are collected.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+pytestmark = [
+    posix,
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
 
 
 @contextlib.contextmanager

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.serve.stage.test_served import PATIENT, served
+from tests.systems import posix
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
@@ -267,6 +268,7 @@ def test_both_counters_confirm_the_place(lab: Lab, x: str, y: str, known: int) -
     assert not made.paced  # both rigs' time is computed: somebody else has to wait
 
 
+@posix
 def test_a_killed_loop_leaves_two_rigs_that_other_processes_stop(
     lab: Lab, station: Callable[..., Station]
 ) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.systems import posix
 
 from macromicro.recording import Recording
 from macromicro.serve.scpi import Server
@@ -111,6 +112,7 @@ def test_emergency_stop_on_the_connection_that_waits(instrument, running) -> Non
     assert instrument.query("POS?").endswith(",0")
 
 
+@posix
 @pytest.mark.parametrize("waiting", [0, 500])
 def test_a_client_that_is_killed_in_the_middle_of_a_move(instrument, running, waiting) -> None:
     """Also behind more messages than the server reads ahead."""

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.systems import linux, posix
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
@@ -153,6 +154,7 @@ def test_a_client_that_goes_loses_control(connect, station) -> None:
     assert other.ask("SYST:LOCK:REQ?") == "1"
 
 
+@posix
 def test_a_killed_client_loses_control_in_the_middle_of_a_move(server, station) -> None:
     code = (
         "import socket, sys, time\n"
@@ -213,6 +215,7 @@ def test_beats_and_watchdog(connect, station) -> None:
     assert client.line() == "1;1"
 
 
+@linux
 def test_half_open_connections_are_found_by_the_system(connect, server) -> None:
     """The system asks on its own, on each accepted socket, whether the other end lives:
     its keep-alive timer (02) runs, and within 5 s."""

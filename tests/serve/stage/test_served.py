@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from tests.serve.scpi.client import Client
 from tests.serve.web.web_parts import Client as Page
+from tests.systems import require_posix
 from tests.warm import Command
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
@@ -47,6 +48,7 @@ class Served(Client):
 
 @contextlib.contextmanager
 def served(folder: Path, text: str, *options: str) -> Iterator[Served]:
+    require_posix()
     file = folder / "own.toml"
     file.write_text(text + PATIENT, encoding="utf-8")
     command = [sys.executable, "-m", "macromicro", "serve", "--config", str(file)]

@@ -47,3 +47,9 @@ def test_every_section_and_the_reference_are_in_the_contents() -> None:
     for section in pages.navigation():
         assert f":caption: {section.title}\n" in text
     assert "\n/tutorials/motor\n" in text and "\n/reference/macromicro\n" in text
+
+
+def test_the_front_page_shows_the_simulated_machine_first() -> None:
+    text = staging.front("# T\n\nWords.\n\n## First\n")
+    assert text.index("Words.") < text.index('<iframe src="twin.html"') < text.index("## First")
+    assert text.endswith(staging.contents())
