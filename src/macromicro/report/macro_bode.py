@@ -16,9 +16,6 @@ from macromicro.report.bode import said
 from macromicro.settings import Settings
 from macromicro.tuning import loops
 
-if TYPE_CHECKING:
-    pass
-
 LAWS = ("pid", "pd-initial", "pd-tuned")  # those that are polynomials in z
 LOW, HIGH = 5e-5, 0.45  # of the loop's frequency
 
