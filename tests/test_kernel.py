@@ -160,7 +160,7 @@ def copy(tmp_path: Path) -> Path:
     """A small copy of the package that a test may change."""
     package = tmp_path / "site" / "macromicro"
     package.mkdir(parents=True)
-    for name in ("__init__.py", "kernel.py", "errors.py", "lazy.py"):
+    for name in ("__init__.py", "kernel.py", "errors.py", "interpreting.py", "lazy.py"):
         shutil.copy(PACKAGE / name, package / name)
     (package / "plant").mkdir()
     (package / "plant" / "part.py").write_text("GAIN = 2.0\n")
@@ -324,9 +324,9 @@ def test_another_compiler_has_another_cache(copy: Path, package: str) -> None:
 
 
 SOON = """
-from macromicro import kernel
+from macromicro import interpreting, kernel
 from macromicro.root import root
-print(kernel.sooner_interpreted(root, 10.0, 2.0), kernel.compiled(root).signatures)
+print(interpreting.sooner(root, 10.0, 2.0), kernel.compiled(root).signatures)
 """
 
 

@@ -24,7 +24,6 @@ R = TypeVar("R")
 _waiting: list[Callable[..., Any]] = []
 _marked: WeakSet[Callable[..., Any]] = WeakSet()
 _chosen: list[tuple[Callable[..., Any], Callable[..., Any]]] = []  # see `by_type`
-FEW = 30_000  # control periods: interpreted in 4 to 15 s, as long as their loop compiles
 _joined: dict[str, str] = {}  # laws of other packages: name, digest of their sources
 _register: Callable[[Callable[..., Any]], Any] | None = None
 # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
@@ -367,45 +366,6 @@ def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, 
         dispatcher = numba.njit(**options)(function)
     result: Callable[P, R] = dispatcher
     return result
-
-
-def sooner_interpreted(loop: Callable[..., Any], periods: float, *arguments: Any) -> bool:
-    """Whether so many control periods are over before their loop would be compiled.
-
-    There is no machine code for such arguments yet, and with all that were interpreted before
-    they are `FEW`: whoever runs a machine again and again has it compiled.
-    """
-    dispatcher: Any = compiled(loop)
-    types = tuple(map(dispatcher.typeof_pyval, arguments))
-    if types in dispatcher.overloads or _interpreted_before(loop, types) + periods > FEW:
-        return False
-    stem = Path(loop.__code__.co_filename).stem
-    if not any(Path(dispatcher.stats.cache_path).glob(f"{stem}.*.nbi")):
-        return True  # said without the second that a compiler needs to begin
-    # tests/test_kernel.py says what to do in the version of numba that has another cache.
-    return dispatcher._cache.load_overload(types, dispatcher.targetctx) is None
-
-
-def interpreted(loop: Callable[..., Any], periods: float, *arguments: Any) -> None:
-    """Keep in the cache that so many control periods of a loop were interpreted."""
-    dispatcher: Any = compiled(loop)
-    types = tuple(map(dispatcher.typeof_pyval, arguments))
-    note, total = _note(loop, types), _interpreted_before(loop, types) + periods
-    with contextlib.suppress(OSError):  # a read-only home: none is known of
-        note.parent.mkdir(parents=True, exist_ok=True)
-        note.write_text(f"{total:.0f}", "utf-8")
-
-
-def _interpreted_before(loop: Callable[..., Any], types: tuple[Any, ...]) -> float:
-    try:
-        return float(_note(loop, types).read_text("utf-8"))
-    except (OSError, ValueError):
-        return 0.0
-
-
-def _note(loop: Callable[..., Any], types: tuple[Any, ...]) -> Path:
-    name = f"{loop.__module__}.{loop.__qualname__} {types}"
-    return cache_folder() / "interpreted" / hashlib.sha256(name.encode()).hexdigest()[:16]
 
 
 def choice(function: object) -> Callable[..., Any] | None:

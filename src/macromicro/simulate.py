@@ -9,12 +9,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import arrays, hall_table, loop, recorded
+from macromicro import arrays, hall_table, interpreting, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
-from macromicro.kernel import cache_folder, compiled, interpreted, sooner_interpreted
+from macromicro.kernel import cache_folder, compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
@@ -109,7 +109,7 @@ def is_soon(settings: Settings, programme: Programme, fan: bool = False) -> bool
     rolled, periods = prepare(settings, programme, fan), expected(settings, programme) / PERIOD
     if not rolled.control.compiles:
         return False
-    return sooner_interpreted(loop.rollout, periods, *_given(rolled, 0))
+    return interpreting.sooner(loop.rollout, periods, *_given(rolled, 0))
 
 
 def _given(rolled: Rolled, count: int) -> tuple[Any, ...]:
@@ -230,9 +230,9 @@ def simulate(
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
     given, periods = _given(rolled, 0), expected(settings, programme) / PERIOD
     advance: Callable[..., Any]
-    if sooner_interpreted(loop.rollout, periods, *given):
+    if interpreting.sooner(loop.rollout, periods, *given):
         advance = loop.rollout
-        interpreted(loop.rollout, periods, *given)
+        interpreting.note(loop.rollout, periods, *given)
     else:
         advance = compiled(loop.rollout)
     random = noise_source(seed)

@@ -9,13 +9,13 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
-from macromicro import arrays, joining
+from macromicro import arrays, interpreting, joining
 from macromicro.arrays import Array
 from macromicro.columns import Column, Layout, Quantity, layout, put
 from macromicro.control import correction, outside
 from macromicro.control.correction import Flank, Reading
 from macromicro.control.stage_law import Sample, StageLaw, Target
-from macromicro.kernel import compiled, interpreted, kernel, sooner_interpreted
+from macromicro.kernel import compiled, kernel
 from macromicro.machines import guarding, sequence
 from macromicro.machines.folding import empty, empty_and_false, empty_pair, fold, nothing
 from macromicro.machines.guard_words import OTHER_AXIS
@@ -480,10 +480,10 @@ def soonest(stages: Stages, periods: float) -> Period:
         nonlocal chosen
         given = (bench, loops, arrays.own(state), noise, out, dt)
         if chosen is None:
-            soon = all(map(compiles, stages.laws)) and sooner_interpreted(plain, periods, *given)
+            soon = all(map(compiles, stages.laws)) and interpreting.sooner(plain, periods, *given)
             chosen = plain if soon else quick
             if soon:
-                interpreted(plain, periods, *given)
+                interpreting.note(plain, periods, *given)
         return chosen(*given)
 
     return run

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import macromicro
+from macromicro import interpreting
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
-from macromicro.kernel import cache_folder, sooner_interpreted
+from macromicro.kernel import cache_folder
 from macromicro.machines import (
     composite,
     correcting,
@@ -139,7 +140,7 @@ def is_soon(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
     if not all(map(compiles, stages.laws)):
         return False
     periods = expected(machine, settings, planned) / composite.period(machine, settings)
-    return sooner_interpreted(clocked.period(stages), periods, *given)
+    return interpreting.sooner(clocked.period(stages), periods, *given)
 
 
 def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
