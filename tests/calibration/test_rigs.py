@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
 from tests.command import command
+
+SCREW = Path(__file__).parents[2] / "examples" / "machines" / "screw.toml"
 
 MACHINE = """machine = "axis"
 [drive]
@@ -66,3 +69,16 @@ def test_it_measures_against_the_rigs_own_reference(tmp_path: Path) -> None:
     assert 'temperature = "23 degC"' in made.read_text("utf-8")
     rows = {row["symbol"]: row for row in json.loads(done.stdout)["table"]}
     assert rows["A"]["before"] > 20.0 and rows["A"]["after"] < 0.4 * rows["A"]["before"]
+
+
+@pytest.mark.slow
+def test_reversals_without_a_reference_are_those_of_the_rig(tmp_path: Path) -> None:
+    lying = SCREW.read_text(encoding="utf-8").replace('incline = "90 deg"', 'incline = "0 deg"')
+    file, worn = tmp_path / "screw.toml", tmp_path / "worn.toml"
+    file.write_text(lying, encoding="utf-8")
+    worn.write_text(lying.replace('backlash = "4 um"', 'backlash = "50 um"'), encoding="utf-8")
+    (tmp_path / "lab.py").write_text(RIG.format(file=str(worn)), encoding="utf-8")
+    words = ("calibrate", "--config", file, "--reference", "none", "--rig", "lab:bench", "--yes")
+    done = command(*words, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["backlash"] == pytest.approx(54.0, abs=4.0)
