@@ -263,6 +263,7 @@ def calibrate(
     positions: int = 40,
     runs: int = 5,
     cogging: bool = False,
+    reversals: bool = False,
     seed: int = 0,
     settings: Any = None,
 ) -> Calibration:
@@ -281,6 +282,8 @@ def calibrate(
         Runs in both directions.
     cogging : bool, optional
         Whether efforts along the travel are learned as well, by slow passes.
+    reversals : bool, optional
+        Whether efforts where a plane's motions turn back are learned as well, by circles.
     seed : int, optional
         Seed of positions and noise.
     settings : Any, optional
@@ -297,7 +300,6 @@ def calibrate(
     InputError
         An argument or the settings are not accepted.
     """
-    request = calibration_request.ready(
-        _path(what), reference, positions, runs, (), seed, cogging=cogging
-    )
+    asked = (_path(what), reference, positions, runs, (), seed)
+    request = calibration_request.ready(*asked, cogging=cogging, reversals=reversals)
     return procedure.calibrate(request if settings is None else request._replace(settings=settings))
