@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -131,22 +133,24 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
     keys.seed(seed, "--seed")
     own, given = (pitch, kind, lowest), (effort, speed, creep, travel, low, high)
-    out = folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
+    task: Callable[..., _commissioning.Task]
     if kind == _commissioning.KIND:
         _refuse_single(figures, (pitch, lowest, *given, ends))
-        task = _commissioning.two_stages(config, rig, kiln, out, seed)
+        task = partial(_commissioning.two_stages, config, rig, kiln)
     elif kiln:
         raise ProblemError("--kiln", f"only with --kind {_commissioning.KIND}")
     elif pair := _pair(config, rig, own):
         if ends:
             raise ProblemError("--ends", "both axes of this machine are straight")
-        task = _commissioning.two_axes(
-            pair, rig, lambda each: _options(each, given), out, seed, kinds
-        )
+        options = partial(_options, given=given)
+        task = partial(_commissioning.two_axes, pair, rig, options, kinds=kinds)
     else:
         place = _endless(_place(config, rig, own, seed), ends)
-        task = _commissioning.one_stage(place, _options(place, given), out, seed, kinds)
-    _commissioning.run(task, out, rig, overwrite=overwrite, resume=resume, yes=yes)
+        task = partial(_commissioning.one_stage, place, _options(place, given), kinds=kinds)
+    out = folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
+    _commissioning.run(
+        task(out=out, seed=seed), out, rig, overwrite=overwrite, resume=resume, yes=yes
+    )
 
 
 def _refuse_single(figures: str, given: tuple[str, ...]) -> None:

@@ -194,7 +194,7 @@ def test_residuals_of_five_curves_at_most_are_drawn(
         np.testing.assert_array_equal(x, u + k * step)
         np.testing.assert_allclose(y, 0.25)
     assert found.data["holdout_rms"] == 0.1
-    assert drawn["curves"].axes[0].get_xlabel() == "input u (V)"
+    assert drawn["curves"].axes[0].get_xlabel() == "input u [V]"
 
 
 def test_curves_are_sorted_by_the_input_where_they_begin(
