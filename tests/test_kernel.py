@@ -326,7 +326,7 @@ def test_another_compiler_has_another_cache(copy: Path, package: str) -> None:
 SOON = """
 from macromicro import interpreting, kernel
 from macromicro.root import root
-print(interpreting.sooner(root, 10.0, 2.0), kernel.compiled(root).signatures)
+print(interpreting.is_quicker(root, 10.0, 2.0), kernel.compiled(root).signatures)
 """
 
 

@@ -13,8 +13,8 @@ from macromicro.kernel import cache_folder, compiled
 FEW = 30_000  # control periods: interpreted in 4 to 15 s, as long as their loop compiles
 
 
-def sooner(loop: Callable[..., Any], periods: float, *arguments: Any) -> bool:
-    """Whether so many control periods are over before their loop would be compiled.
+def is_quicker(loop: Callable[..., Any], periods: float, *arguments: Any) -> bool:
+    """Whether so many control periods are over before their loop is compiled.
 
     There is no machine code for such arguments yet, and with all that were interpreted before
     they are `FEW`: whoever runs a machine again and again has it compiled.
@@ -30,14 +30,17 @@ def sooner(loop: Callable[..., Any], periods: float, *arguments: Any) -> bool:
     return dispatcher._cache.load_overload(types, dispatcher.targetctx) is None
 
 
-def note(loop: Callable[..., Any], periods: float, *arguments: Any) -> None:
-    """Keep in the cache that so many control periods of a loop were interpreted."""
+def quickest(loop: Callable[..., Any], periods: float, *arguments: Any) -> Callable[..., Any]:
+    """A loop, or its compiled twin, for a run of so many control periods."""
+    if not is_quicker(loop, periods, *arguments):
+        return compiled(loop)
     dispatcher: Any = compiled(loop)
     types = tuple(map(dispatcher.typeof_pyval, arguments))
     file, total = _file(loop, types), _before(loop, types) + periods
     with contextlib.suppress(OSError):  # a read-only home: none is known of
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(f"{total:.0f}", "utf-8")
+    return loop
 
 
 def _before(loop: Callable[..., Any], types: tuple[Any, ...]) -> float:

@@ -104,12 +104,12 @@ def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -
         CompiledTwin(rolled.plant, 0)
 
 
-def is_soon(settings: Settings, programme: Programme, fan: bool = False) -> bool:
-    """Whether a run is over before the bench would be compiled."""
+def runs_interpreted(settings: Settings, programme: Programme, fan: bool = False) -> bool:
+    """Whether a run is over before the bench would be compiled, so that it does not wait."""
     rolled, periods = prepare(settings, programme, fan), expected(settings, programme) / PERIOD
     if not rolled.control.compiles:
         return False
-    return interpreting.sooner(loop.rollout, periods, *_given(rolled, 0))
+    return interpreting.is_quicker(loop.rollout, periods, *_given(rolled, 0))
 
 
 def _given(rolled: Rolled, count: int) -> tuple[Any, ...]:
@@ -228,22 +228,15 @@ def simulate(
     rolled = prepare(settings, programme, fan)
     if not rolled.control.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
-    given, periods = _given(rolled, 0), expected(settings, programme) / PERIOD
-    advance: Callable[..., Any]
-    if interpreting.sooner(loop.rollout, periods, *given):
-        advance = loop.rollout
-        interpreting.note(loop.rollout, periods, *given)
-    else:
-        advance = compiled(loop.rollout)
+    periods, rows = expected(settings, programme) / PERIOD, len(recorded.columns(rolled.control))
+    advance = interpreting.quickest(loop.rollout, periods, *_given(rolled, 0))
     random = noise_source(seed)
     run = arrays.own(rolled.run)
     limit = round(longest(settings, programme) / PERIOD)
     began = time.perf_counter()
     while run.tick < limit:
-        now = _given(rolled._replace(run=run), CHUNK)
-        noise, block = now[-3:-1]
-        random.standard_normal(out=noise)
-        run, written = advance(*now)
+        noise, block = random.standard_normal((CHUNK, NOISES)), np.empty((rows, CHUNK))
+        run, written = advance(*rolled._replace(run=run), noise, block, PERIOD)
         sink.append(block[:, :written])
         if progress is not None:
             try:

@@ -69,7 +69,7 @@ def test_few_periods_are_interpreted_until_there_is_machine_code(monkeypatch, tm
     with counting(counts.append):
         for expected, compilations in ((20_000, 0), (10_000, 0), (1, 1), (1, 1)):
             block = np.zeros((len(period.columns(stages)), 300))
-            period.soonest(stages, expected)(bench, loops, start, noise, block, dt)
+            period.quickest(stages, expected)(bench, loops, start, noise, block, dt)
             assert bool(counts) == bool(compilations), expected
             blocks.append(block)
     before = len(counts)
@@ -78,7 +78,7 @@ def test_few_periods_are_interpreted_until_there_is_machine_code(monkeypatch, tm
     assert note.read_text() == "30000"
     note.unlink()
     with counting(counts.append):  # loaded code is used, however few periods there are
-        period.soonest(stages, 1)(bench, loops, start, noise, block, dt)
+        period.quickest(stages, 1)(bench, loops, start, noise, block, dt)
     assert len(counts) == before and not note.exists()
 
 

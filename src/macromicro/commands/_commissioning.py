@@ -29,7 +29,7 @@ class Steps(NamedTuple):
     ended: Callable[[], bool]  # whether to stop
 
 
-class Told(NamedTuple):
+class Summary(NamedTuple):
     rows: list[tuple[str, ...]]  # quantity, value, interval or remark, unit
     doubts: list[str]
     verified: list[str]  # how many moves arrived
@@ -45,7 +45,7 @@ class Task(NamedTuple):
     real: bool  # on a rig of the user
     perform: Callable[[Steps], Any]
     write: Callable[[Any, str], None]  # the result, with the time of the start
-    told: Callable[[Any], Told]
+    summarize: Callable[[Any], Summary]
     ends_early: bool = True  # whether it looks at `Steps.ended`
     more: tuple[str, ...] = ()  # what else an earlier one has left, folders among it
 
@@ -83,15 +83,15 @@ def run(task: Task, out: Path, rig: str, *, overwrite: bool, resume: bool, yes: 
             raise typer.Exit(signals.status) from None
         signals.later()
         task.write(found, started)
-    told = task.told(found)
-    show_rows(told.rows)
-    print(*(f"doubtful: {doubt}" for doubt in told.doubts), *told.verified, sep="\n")
+    summary = task.summarize(found)
+    show_rows(summary.rows)
+    print(*(f"doubtful: {doubt}" for doubt in summary.doubts), *summary.verified, sep="\n")
     print(f"page: {out / PAGE}\nmachine: {out / MACHINE}")
-    if told.why:
-        print(f"macromicro: not verified: {told.why}", file=sys.stderr)
+    if summary.why:
+        print(f"macromicro: not verified: {summary.why}", file=sys.stderr)
         raise typer.Exit(1)
-    if told.hint:
-        print(told.hint)
+    if summary.hint:
+        print(summary.hint)
 
 
 def _clear(place: Path, names: Sequence[str]) -> None:
@@ -120,8 +120,8 @@ def one_stage(place: Place, options: Options, out: Path, seed: int, kinds: Seque
             place, options, out, seed=seed, ask=steps.ask, done=steps.done, ended=steps.ended
         )
 
-    def told(found: Commissioned) -> Told:
-        return Told(
+    def summarize(found: Commissioned) -> Summary:
+        return Summary(
             report.rows(found, place),
             report.doubts(found, place),
             [_arrived("verification", found.verified.moves, found.verified.asked)],
@@ -133,7 +133,7 @@ def one_stage(place: Place, options: Options, out: Path, seed: int, kinds: Seque
         report.write(out, found, place, started, kinds)
 
     folders = {out: report.names(place.kind)}
-    return Task(folders, report.BYTES, place.real, perform, write, told)
+    return Task(folders, report.BYTES, place.real, perform, write, summarize)
 
 
 def _arrived(what: str, moves: Sequence[Any], asked: int) -> str:
@@ -168,21 +168,21 @@ def two_axes(
             ask=steps.ask, done=steps.done, ended=steps.ended, found=found,
         )  # fmt: skip
 
-    def told(both: plane.Both) -> Told:
+    def summarize(both: plane.Both) -> Summary:
         verified = [
             _arrived(f"verification of {name}", one.verified.moves, one.verified.asked)
             for name, one in zip(AXES, both.axes, strict=True)
         ]
         verified.append(_arrived("verification of both", both.moves, len(both.plan.legs)))
         why = "" if both.met else pages.why(both)
-        return Told(pages.rows(both, places), pages.doubts(both, places), verified, why)
+        return Summary(pages.rows(both, places), pages.doubts(both, places), verified, why)
 
     def write(both: plane.Both, started: str) -> None:
         pages.write(out, both, places, started, kinds)
 
     each = {out / n: report.names(p.kind) for n, p in zip(AXES, places, strict=True)}
     folders = {out: pages.FILES, **each}
-    return Task(folders, report.BYTES, places[0].real, perform, write, told)
+    return Task(folders, report.BYTES, places[0].real, perform, write, summarize)
 
 
 def two_stages(config: Path | None, rig: str, kiln: str, out: Path, seed: int) -> Task:
@@ -207,10 +207,10 @@ def two_stages(config: Path | None, rig: str, kiln: str, out: Path, seed: int) -
         lab = Lab(Settings(), seed, rigs)
     called = " and ".join(r.name for r in lab.rigs) or "twin"
 
-    def told(found: both.Commissioned) -> Told:
+    def summarize(found: both.Commissioned) -> Summary:
         asked = len(found.ended.job.programme.target)
         verified = _arrived("verification", found.ended.moves, asked)
-        return Told(pages.rows(found), found.doubts, [verified], found.why)
+        return Summary(pages.rows(found), found.doubts, [verified], found.why)
 
     return Task(
         {out: pages.FILES},
@@ -218,7 +218,7 @@ def two_stages(config: Path | None, rig: str, kiln: str, out: Path, seed: int) -
         bool(lab.rigs),
         lambda steps: both.commission(lab, out, steps.ask, steps.done),
         lambda found, started: pages.write(found, called, started),
-        told,
+        summarize,
         ends_early=False,
         more=(both.MACHINE, both.ASKED, both.DIRECTIONS, both.STEPS, both.VERIFICATION),
     )

@@ -27,7 +27,7 @@ def bench(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) 
     def prepare() -> None:
         tell(job.settings.controller)
         asked = (job.settings, job.programme, job.request.fan)
-        if job.source is None and not simulate.is_soon(*asked):
+        if job.source is None and not simulate.runs_interpreted(*asked):
             with compiling(simulate.is_compiled()):
                 simulate.compile_bench(*asked)
         if job.recalibrate:
@@ -52,7 +52,7 @@ def machine(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals
     def prepare() -> None:
         asked = (job.machine, job.settings, job.plan)
         # On a rig the same period runs interpreted.
-        if job.source is None and not runs.is_soon(*asked):
+        if job.source is None and not runs.runs_interpreted(*asked):
             with compiling(runs.is_compiled()):
                 runs.compile_machine(*asked)
 

@@ -70,20 +70,20 @@ def response(
     stages = _stages(config, asked)
     for name in stages:
         folder.check(place / name, 2_000_000, overwrite=overwrite, names=bode.FILES)
-    told = {}
+    contents = {}
     with Signals() as signals:
         for name, measure in stages.items():
             with folder.held(place / name, overwrite=overwrite, names=bode.FILES):
                 found = measure()
                 signals.later()
                 bode.write(place / name, found, kinds)
-            told[name] = found.content()
+            contents[name] = found.content()
             if not as_json:
                 print(*([f"axis {name}:"] if name else []), *found.lines(), sep="\n")
             if signals.received:
                 raise typer.Exit(signals.status)
     if as_json:
-        print(to_json(told.get("", told)), end="")
+        print(to_json(contents.get("", contents)), end="")
         return
     print(f"results: {place}")
 

@@ -134,13 +134,13 @@ def is_compiled() -> bool:
     return any(cache_folder().rglob("period.period*.nbi"))
 
 
-def is_soon(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
-    """Whether a run is over before its machine would be compiled."""
+def runs_interpreted(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
+    """Whether a run is over before its machine would be compiled, so that it does not wait."""
     stages, given = _begun(machine, settings, planned, 0)
     if not all(map(compiles, stages.laws)):
         return False
     periods = expected(machine, settings, planned) / composite.period(machine, settings)
-    return interpreting.sooner(clocked.period(stages), periods, *given)
+    return interpreting.is_quicker(clocked.period(stages), periods, *given)
 
 
 def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
@@ -196,7 +196,7 @@ def perform(
             params, chunk, period = (
                 composite.bench(machine, settings if bench is None else bench),
                 CHUNK,
-                clocked.soonest(stages, expected(machine, settings, planned) / dt),
+                clocked.quickest(stages, expected(machine, settings, planned) / dt),
             )
         else:
             for rig in rigs(on):

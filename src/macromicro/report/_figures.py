@@ -103,8 +103,8 @@ def tracking(ended: Ended) -> PageFigure | None:
         for r in ended.tracking
         if r.lag_s is not None
     ]
-    told = f"; {', '.join(lags)}" if lags else ""
-    return CAPTIONS["tracking"].page("tracking", figure, lags=told)
+    text = f"; {', '.join(lags)}" if lags else ""
+    return CAPTIONS["tracking"].page("tracking", figure, lags=text)
 
 
 def vibration(ended: Ended) -> PageFigure | None:
