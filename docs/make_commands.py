@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import typer
-
-from macromicro.cli import app
+from macromicro.cli import command_line
 from macromicro.commands.tree import PROGRAM, Entry, Option, entries
 
 PAGE = Path(__file__).with_name("commands.md")
@@ -25,7 +23,7 @@ Exit status: 0; 1 if a command failed or was stopped; 2 for bad input; 130 after
 
 def render() -> str:
     """The page."""
-    found = entries(typer.main.get_command(app))
+    found = entries(command_line())
     commands = [entry for entry in found if entry.path]
     rows = [f"| [{_name(e)}](#{_anchor(e)}) | {_cell(e.short)} |" for e in commands]
     listed = "\n".join(["| command | what it does |", "|---|---|", *rows])

@@ -15,6 +15,7 @@ from pathlib import Path
 from tests import warm
 
 PATIENCE = 300.0  # s
+BARE = ("run", "--figures", "none")  # where what is drawn is not what is tested
 
 
 def command(

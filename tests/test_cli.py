@@ -17,6 +17,7 @@ import pytest
 from macromicro import cli
 from macromicro.recording import Recording
 from macromicro.runs.folder import FILES, PAGE, RECORDING, SUMMARY
+from tests.command import BARE
 from tests.command import command as macromicro
 from tests.systems import linux, posix
 from tests.warm import Command
@@ -78,18 +79,19 @@ def test_prints_a_line_a_move(done: tuple[Path, subprocess.CompletedProcess[str]
 
 
 def test_json_is_all_that_stdout_gets(short: Path, tmp_path: Path) -> None:
-    finished = command("run", short, "--json", "--out", tmp_path / "o", "--fan", cwd=tmp_path)
+    finished = command(*BARE, short, "--json", "--out", tmp_path / "o", "--fan", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
     summary = json.loads(finished.stdout)
     assert summary == json.loads((tmp_path / "o" / SUMMARY).read_text())
     assert summary["fan"] is True and summary["seed"] == 0
 
 
+@pytest.mark.slow
 def test_same_seed_same_recording_bit_for_bit(
     done: tuple[Path, subprocess.CompletedProcess[str]], short: Path, tmp_path: Path
 ) -> None:
     for name, seed in (("b", "2"), ("c", "6")):
-        assert command("run", short, "--out", name, "--seed", seed, cwd=tmp_path).returncode == 0
+        assert command(*BARE, short, "--out", name, "--seed", seed, cwd=tmp_path).returncode == 0
     folders = (done[0] / "results" / "short", tmp_path / "b", tmp_path / "c")
     a, b, c = (Recording.load(folder / RECORDING) for folder in folders)
     assert all(a[col.name].tobytes() == b[col.name].tobytes() for col in a.columns)
@@ -102,7 +104,7 @@ def test_same_seed_same_recording_bit_for_bit(
 
 def test_a_fault_exits_with_1_and_says_what_to_do(short: Path, tmp_path: Path) -> None:
     (tmp_path / "hot.toml").write_text('[guard]\nhottest = "45 degC"\n')
-    finished = command("run", short, "--config", "hot.toml", "--out", "o", cwd=tmp_path)
+    finished = command(*BARE, short, "--config", "hot.toml", "--out", "o", cwd=tmp_path)
     assert finished.returncode == 1
     assert "45 degC" in finished.stderr and "cool" in finished.stderr
     summary = json.loads((tmp_path / "o" / SUMMARY).read_text())
@@ -118,7 +120,7 @@ def test_a_fault_exits_with_1_and_says_what_to_do(short: Path, tmp_path: Path) -
 
 def test_a_move_that_does_not_arrive_exits_with_1(tmp_path: Path) -> None:
     (tmp_path / "hasty.toml").write_text('[[moves]]\nmicro = ["3 mm", "0.5 mm"]\nhold = "0.1 s"\n')
-    finished = command("run", "hasty.toml", cwd=tmp_path)
+    finished = command(*BARE, "hasty.toml", cwd=tmp_path)
     assert finished.returncode == 1
     assert "1, 2 did not arrive" in finished.stderr
 
@@ -150,7 +152,7 @@ def test_interrupted_run_keeps_its_recording(
     tmp_path: Path, number: signal.Signals, status: int
 ) -> None:
     (tmp_path / "long.toml").write_text(LONG)
-    process = started("run", "long.toml", "--out", "o", cwd=tmp_path, until="running")
+    process = started(*BARE, "long.toml", "--out", "o", cwd=tmp_path, until="running")
     time.sleep(0.4)
     process.send_signal(number)
     _, errors = process.communicate(timeout=60)
@@ -195,7 +197,7 @@ def test_existing_folder(
     (out / "note.txt").write_text("mine")
     (out / "cycles.png").write_text("of an earlier run")
     before = (out / RECORDING).read_bytes()
-    refused = command("run", "short.toml", "--out", "results/short", cwd=place)
+    refused = command(*BARE, "short.toml", "--out", "results/short", cwd=place)
     assert refused.returncode == 2 and "--overwrite" in refused.stderr
     assert (out / RECORDING).read_bytes() == before
     replaced = command("run", "short.toml", "--overwrite", "--seed", "9", cwd=place)
@@ -231,7 +233,7 @@ def test_other_formats_of_figures_are_refused(words: str, tmp_path: Path) -> Non
 @linux
 def test_a_folder_that_cannot_be_made(short: Path, tmp_path: Path) -> None:
     for place in (short, short / "below", Path("/proc/nowhere")):
-        finished = command("run", short, "--out", place, "--overwrite", cwd=tmp_path)
+        finished = command(*BARE, short, "--out", place, "--overwrite", cwd=tmp_path)
         assert finished.returncode == 2, finished.stderr
         assert str(place) in finished.stderr and "Traceback" not in finished.stderr
     assert short.read_text() == SHORT

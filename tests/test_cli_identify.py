@@ -26,6 +26,7 @@ from macromicro.recording import Recording
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.thesis import collecting
+from tests.command import BARE
 from tests.systems import posix
 
 DATA = Path(__file__).parents[1] / "examples/data"
@@ -170,7 +171,7 @@ def test_the_twin_s_drive_gives_settings_that_run(
     assert all(path.startswith(("bench.carriage.mass", "bench.friction.")) for path in changed)
     programme = tmp_path / "short.toml"
     programme.write_text('[[moves]]\nmacro = ["20 mm"]\nmicro = ["1 mm"]\nhold = "1.2 s"\n')
-    ran = macromicro("run", programme, "--config", out / "model.toml", "--out", tmp_path / "run")
+    ran = macromicro(*BARE, programme, "--config", out / "model.toml", "--out", tmp_path / "run")
     assert ran.status == 0, ran.err
 
 

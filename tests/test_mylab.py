@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from macromicro.recording import Recording
+from tests.command import BARE
 from tests.command import command as macromicro
 from tests.systems import posix
 from tests.warm import Command
@@ -127,7 +128,7 @@ def test_doctor_finds_both(lab: Path) -> None:
 
 
 def test_a_plain_law_runs_at_once(lab: Path) -> None:
-    done = command(lab, "run", "moves.toml", "--law", PLAINLY, "--out", "plain", "--json")
+    done = command(lab, *BARE, "moves.toml", "--law", PLAINLY, "--out", "plain", "--json")
     assert "it runs interpreted" in done.stderr
     assert [abs(m["final_error"]) < 0.2 for m in json.loads(done.stdout)["moves"]] == [True, True]
     found = Recording.load(lab / "plain" / "recording.h5")
@@ -142,7 +143,7 @@ def test_a_plain_law_runs_at_once(lab: Path) -> None:
 
 def test_a_law_on_a_rig(lab: Path) -> None:
     """Both of one's own."""
-    done = command(lab, "run", "moves.toml", "--rig", "mylab:bench", "--config", "mine.toml",
+    done = command(lab, *BARE, "moves.toml", "--rig", "mylab:bench", "--config", "mine.toml",
                    "--yes", "--json", "--out", "both")  # fmt: skip
     assert "law_speed" in Recording.load(lab / "both" / "recording.h5")
     assert "interpreted" not in done.stderr and "from 10 to 20 mm" in done.stderr
@@ -167,7 +168,7 @@ def test_a_sweep_and_a_search(lab: Path) -> None:
 
 @pytest.mark.slow  # it compiles the whole bench with this law, about 10 s
 def test_a_compiled_law_on_the_bench(lab: Path) -> None:
-    command(lab, "run", "moves.toml", "--config", "mine.toml", "--out", "compiled")
+    command(lab, *BARE, "moves.toml", "--config", "mine.toml", "--out", "compiled")
     found = Recording.load(lab / "compiled" / "recording.h5")
     assert 50.0 < found["law_speed"].max() < 2e3 and "mm/s" in str(found.columns)
     done = command(lab, "robust", "--samples", "10", "--config", "mine.toml", "--programme",
@@ -198,7 +199,7 @@ def test_a_machine_with_parts_of_ones_own(lab: Path) -> None:
     found = json.loads(command(lab, "doctor", "--machine", FLEXURE, "--json").stdout)
     assert {each["state"] for each in found} == {"ok"} and found[-1]["what"] == "model"
     (lab / "steps.toml").write_text('[[moves]]\nmacro = ["1 mm", "2.5 mm"]\nhold = "0.1 s"\n')
-    done = command(lab, "run", "steps.toml", "--config", "coil.toml", "--out", "coil", "--json")
+    done = command(lab, *BARE, "steps.toml", "--config", "coil.toml", "--out", "coil", "--json")
     told = json.loads(done.stdout)
     assert told["machine"] == FLEXURE and [m["arrived_s"] is not None for m in told["moves"]]
     assert told["overrides"]["blade.mass"] == "0.3 kg"
@@ -222,7 +223,7 @@ def test_studies_of_a_machine_of_ones_own(lab: Path) -> None:
             "--out", "gains")  # fmt: skip
     tuned = (lab / "gains" / "tuned.toml").read_text("utf-8")
     assert f'machine = "{FLEXURE}"' in tuned and "[controller]" in tuned
-    again = command(lab, "run", "--config", "gains/tuned.toml", "--out", "again", "--json")
+    again = command(lab, *BARE, "--config", "gains/tuned.toml", "--out", "again", "--json")
     assert len(json.loads(again.stdout)["moves"]) == 4
     study = command(lab, "robust", "--config", "coil.toml", "--samples", "10", "--out", "spread",
                     "--json")  # fmt: skip
@@ -244,7 +245,7 @@ def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
         f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "250 1/s"\n'
         'layer = "150 mm/s"\nsmooth = "0.2 ms"\n'
     )
-    done = command(lab, "run", "moves.toml", "--config", "axis.toml", "--out", "axis", "--json")
+    done = command(lab, *BARE, "moves.toml", "--config", "axis.toml", "--out", "axis", "--json")
     told = json.loads(done.stdout)
     assert all(m["arrived_s"] is not None for m in told["moves"])
     assert told["overrides"]["law"] == SLIDING and told["overrides"]["own.slope"] == "250 1/s"
@@ -257,14 +258,14 @@ def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
     assert np.median(np.abs(np.diff(effort[still]))) < 0.1
     shown = command(lab, "config", "show", "--machine", "axis", "--law", PLAINLY).stdout
     assert f'law = "{PLAINLY}"' in shown and 'kp = "100 V/m"' in shown
-    plain = command(lab, "run", "--config", "coil.toml", "--law", PLAINLY, "--out", "pl", "--json",
+    plain = command(lab, *BARE, "--config", "coil.toml", "--law", PLAINLY, "--out", "pl", "--json",
                     check=False)  # fmt: skip
     assert json.loads(plain.stdout)["overrides"]["own.kp"] == "100 V/m"
     tuned = command(lab, "tune", "axis", "--config", "axis.toml", "--evaluations", "10", "--out",
                     "axis-gains", "--json")  # fmt: skip
     names = [line["name"] for line in json.loads(tuned.stdout)["table"]]
     assert names[:4] == ["own.slope", "own.reach", "own.layer", "own.smooth"]
-    refused = command(lab, "run", "--config", "coil.toml", "--law", "slidng", "--out", "no",
+    refused = command(lab, *BARE, "--config", "coil.toml", "--law", "slidng", "--out", "no",
                       check=False)  # fmt: skip
     assert refused.returncode == 2 and "--law: 'slidng'; accepted:" in refused.stderr
 
@@ -333,7 +334,7 @@ def test_from_a_rig_of_ones_own_to_gains_that_are_used_on_it(lab: Path) -> None:
                    "--out", "found")  # fmt: skip
     assert "verification: 7 of 7 moves arrived" in done.stdout
     told = json.loads(
-        command(lab, "run", "moves.toml", "--config", found, *mine, "--yes", "--json").stdout
+        command(lab, *BARE, "moves.toml", "--config", found, *mine, "--yes", "--json").stdout
     )
     assert [m["arrived_s"] is not None for m in told["moves"]] == [True, True]
     assert "true_position" not in Recording.load(lab / "results" / "moves" / "recording.h5")
@@ -376,15 +377,15 @@ def test_a_law_and_a_rig_of_ones_own_on_every_command_that_takes_them(lab: Path)
     assert f"{FLEXURE}.plant" in names
     shown = command(lab, "config", "show", "x.own", "--config", "pair.toml").stdout
     assert 'slope = "250 1/s"' in shown
-    pair = json.loads(command(lab, "run", "--config", "pair.toml", "--json").stdout)
+    pair = json.loads(command(lab, *BARE, "--config", "pair.toml", "--json").stdout)
     assert pair["finished"]
     assert "x_law_speed" in Recording.load(lab / "results" / "pair" / "recording.h5")
-    command(lab, "run", "moves.toml", "--config", "sm.toml", "--out", "one")
+    command(lab, *BARE, "moves.toml", "--config", "sm.toml", "--out", "one")
     (lab / "plain.toml").write_text(
         'machine = "axis"\n[own]\nreach = "6 V"\nslope = "250 1/s"\nlayer = "150 mm/s"\n'
         'smooth = "1 ms"\n'
     )
-    command(lab, "run", "moves.toml", "--config", "plain.toml", *law, "--out", "two")
+    command(lab, *BARE, "moves.toml", "--config", "plain.toml", *law, "--out", "two")
     compared = command(lab, "compare", "one", "two", "--out", "compared").stdout
     assert "law_speed" in compared
     command(lab, "plot", "one", "law_speed", "--out", "plotted.svg")

@@ -14,7 +14,8 @@ from macromicro import threads
 SCRIPT = """
 import os, sys
 import macromicro.cli as cli
-cli.app = lambda prog_name: print("numpy" in sys.modules, *(os.environ.get(n) for n in %r))
+show = lambda prog_name: print("numpy" in sys.modules, *(os.environ.get(n) for n in %r))
+cli.command_line = lambda: show
 sys.exit(cli.main())
 """
 

@@ -26,7 +26,7 @@ for name in THREADED:
 
 def _warmed() -> None:
     """Kernels of two machines and what draws figures are in memory before anything is forked."""
-    from macromicro.cli import app
+    from macromicro.cli import command_line
 
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -38,7 +38,8 @@ def _warmed() -> None:
         axis = Path(folder, "axis.toml")
         axis.write_text('machine = "axis"\n')
         for words in (("run", str(programme)), ("run", "--config", str(axis))):
-            app([*words, "--out", str(Path(folder, "out")), "--overwrite"], standalone_mode=False)
+            line = [*words, "--out", str(Path(folder, "out")), "--overwrite"]
+            command_line()(line, standalone_mode=False)
 
 
 with importlib.import_module("tests.warm_loops").compiling():

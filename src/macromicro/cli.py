@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
+from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -66,7 +67,7 @@ def main() -> int:
     streams.prepare()
     threads.one_for_blas()
     try:
-        app(prog_name="macromicro")
+        command_line()(prog_name="macromicro")
     except MacromicroError as error:
         _say(str(error))
         return error.exit_status
@@ -79,6 +80,12 @@ def main() -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     return 0
+
+
+@cache
+def command_line() -> Any:
+    """All commands with their options, which take a moment to put together."""
+    return typer.main.get_command(app)
 
 
 def _say(text: str) -> None:

@@ -93,6 +93,12 @@ def turned(made: type[Set]) -> type[Set]:
     return made
 
 
+def plain(values: Any) -> Any:
+    """The numbers of a set of `turned`, or of any other, in the class of the linear stage."""
+    base: Any = type(values).__base__
+    return values if base is tuple else base._make(values)
+
+
 def _read_in(note: Par) -> str:
     """Display unit of such a parameter."""
     base = ANGLE.named(note.unit)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from tests.command import command
+from tests.command import BARE, command
 
 from macromicro.calibration import checking, efforts, files, measuring, procedure
 from macromicro.calibration.procedure import Calibration, Request
@@ -89,7 +89,7 @@ def test_the_page_and_the_numbers_say_what_was_found(screw: Calibrated) -> None:
 
 
 def test_a_run_records_position_and_reading(screw: Calibrated, tmp_path: Path) -> None:
-    done = command("run", "--config", screw.file, "--out", "r", cwd=tmp_path)
+    done = command(*BARE, "--config", screw.file, "--out", "r", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     recording = Recording.load(tmp_path / "r" / "recording.h5")
     held = recording["phase"] == 2
@@ -119,6 +119,7 @@ def calibrated(text: str, folder: Path, **fields: Any) -> Calibration:
     )
 
 
+@pytest.mark.slow
 def test_from_both_sides_with_backlash_pitch_error_and_warmth(tmp_path: Path) -> None:
     found = calibrated(LYING + WARM, tmp_path)
     (axis,) = found.axes
@@ -142,6 +143,7 @@ def test_a_check_of_another_stage_fails(tmp_path: Path) -> None:
     assert machine.name == "axis"
 
 
+@pytest.mark.slow
 def test_squareness_and_reversals_of_two_axes(tmp_path: Path) -> None:
     text = (EXAMPLES / "xy-plotter.toml").read_text(encoding="utf-8")
     found = calibrated(text, tmp_path, positions=9, runs=3, reversals=True)

@@ -53,6 +53,7 @@ def bare(seed):
 """
 
 
+@pytest.mark.slow
 def test_it_measures_against_the_rigs_own_reference(tmp_path: Path) -> None:
     file = tmp_path / "axis.toml"
     file.write_text(MACHINE, encoding="utf-8")

@@ -12,6 +12,7 @@ import pytest
 
 from macromicro import cli
 from macromicro.settings import Settings
+from tests.command import BARE
 from tests.command import command as macromicro
 
 
@@ -76,7 +77,7 @@ def test_both_stages_from_their_sensors_to_a_machine_that_runs(tmp_path: Path) -
     page = (tmp_path / "out" / "commission.html").read_text()
     assert "all 10 moves arrived" in page and "carriage, frequency" in page
     assert "latent heat over the wires" in page and page.count("<img") > 4
-    run = command(tmp_path, "run", "fast", "--config", "out/machine.toml", "--out", "run")
+    run = command(tmp_path, *BARE, "fast", "--config", "out/machine.toml", "--out", "run")
     assert run.returncode == 0, run.stderr
     # What is complete is not done again; the verification is.
     again = command(tmp_path, *words, "--resume")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
-import typer
 from typer.testing import CliRunner
 
-from macromicro.cli import app
+from macromicro.cli import app, command_line
 from macromicro.commands.tree import entries
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -24,7 +23,7 @@ def test_the_page_is_up_to_date() -> None:
 
 
 def test_every_line_of_a_list_of_commands_is_whole_at_80_columns() -> None:
-    groups = [entry for entry in entries(typer.main.get_command(app)) if entry.commands]
+    groups = [entry for entry in entries(command_line()) if entry.commands]
     assert {entry.path for entry in groups} == {(), ("config",), ("identify",), ("export",)}
     for entry in groups:
         shown = CliRunner().invoke(app, [*entry.path, "--help"], env={"COLUMNS": "80"}).stdout
@@ -35,7 +34,7 @@ def test_every_line_of_a_list_of_commands_is_whole_at_80_columns() -> None:
 
 
 def test_every_command_has_its_help_and_options() -> None:
-    found = {" ".join(e.path): e for e in entries(typer.main.get_command(app))}
+    found = {" ".join(e.path): e for e in entries(command_line())}
     assert found[""].commands[:2] == ("run", "programmes") and found[""].options[0].names == (
         "--version",
     )

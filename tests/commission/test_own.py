@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.command import BARE
 from tests.command import command as macromicro
 
 from macromicro.commission import kinds, places
@@ -73,7 +74,7 @@ def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> 
     text = (lab / "found" / "machine.toml").read_text()
     assert 'period = "0.0005 s"' in text  # the rig's own
     assert 'machine = "mylab.machines:flexure"' in text
-    run = ["run", "--config", "found/machine.toml", "--json", "--out"]
+    run = [*BARE, "--config", "found/machine.toml", "--json", "--out"]
     for words in ([*run, "run"], [*run, "there", "--rig", "mylab.rigs:bench", "--yes"]):
         done = command(lab, *words)
         assert done.returncode == 0, done.stderr

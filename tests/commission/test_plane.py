@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.command import BARE
 from tests.command import command as macromicro
 from tests.systems import posix
 from typer.testing import CliRunner
@@ -158,7 +159,7 @@ def test_a_machine_of_two_axes_is_commissioned(tmp_path: Path) -> None:
     assert page.count("data:image/png;base64,") == len(pages.DRAWN)
     _, settings = compositions.load(out / report.MACHINE)
     assert settings.stack.carries == "nothing" and settings.x.load.payload == 0.0
-    run = ["run", "--config", str(out / report.MACHINE), "--out", str(tmp_path / "run")]
+    run = [*BARE, "--config", str(out / report.MACHINE), "--out", str(tmp_path / "run")]
     assert CliRunner().invoke(app, run).exit_code == 0
     # Nothing is replaced, and what was kept is not done again.
     assert isinstance(CliRunner().invoke(app, words).exception, InputError)

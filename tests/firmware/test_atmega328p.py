@@ -179,6 +179,7 @@ def test_a_reset_leaves_the_estimated_heat_and_new_power_begins_cold() -> None:
         assert rig.status()["temperature"] < 30.0
 
 
+@pytest.mark.slow
 def test_both_stages_at_once_are_no_noise_of_the_hall_sensor() -> None:
     """The guard comes every ten periods then; a stage that starts within them is not noise."""
     with board("board") as (rig, _):
@@ -202,6 +203,7 @@ def _hall(wire: Wire, rig: object, volts: list[float | None]) -> None:
         rig.wait(1e-3)
 
 
+@pytest.mark.slow
 def test_one_spike_of_the_hall_sensor_is_no_noise_whenever_it_comes() -> None:
     """The guard comes every ten periods then: three that it sees do not stand for ten."""
     with board("board") as (rig, wire):
@@ -209,6 +211,7 @@ def test_one_spike_of_the_hall_sensor_is_no_noise_whenever_it_comes() -> None:
         assert rig.status()["fault"] == 0
 
 
+@pytest.mark.slow
 def test_noise_that_goes_on_is_found_between_the_guards_looks() -> None:
     with (
         board("board") as (rig, wire),
@@ -217,6 +220,7 @@ def test_noise_that_goes_on_is_found_between_the_guards_looks() -> None:
         _hall(wire, rig, 20 * [2.4, 2.6])
 
 
+@pytest.mark.slow
 def test_a_run_has_no_gap_where_the_board_begins_to_drive() -> None:
     with board() as (rig, _):
         times = []
@@ -292,6 +296,7 @@ def test_the_program_fits_behind_a_bootloader() -> None:
     assert data + bss <= 1_200
 
 
+@pytest.mark.slow
 def test_flipped_bits_lose_frames_but_no_outputs() -> None:
     with board() as (rig, wire):
         _drive(rig, PUSH, 5)

@@ -34,6 +34,7 @@ def test_it_says_which_board_it_is_and_takes_all_parameters() -> None:
         assert 100 < told["stack"] < 2_000 < told["free"]
 
 
+@pytest.mark.slow
 def test_the_count_is_that_of_the_bench_after_moves_both_ways() -> None:
     with arm() as (rig, wire):
         for volts in (5.0, -5.0, 4.0, -4.5):
@@ -44,6 +45,7 @@ def test_the_count_is_that_of_the_bench_after_moves_both_ways() -> None:
         assert rig.status()["skipped"] == 0
 
 
+@pytest.mark.slow
 def test_silence_decelerates_and_then_stops() -> None:
     with arm() as (rig, wire):
         _drive(rig, PUSH, 100)
@@ -57,6 +59,7 @@ def test_silence_decelerates_and_then_stops() -> None:
             _drive(rig, PUSH, 2)
 
 
+@pytest.mark.slow
 def test_a_reset_in_motion_stops_and_the_estimated_heat_stays() -> None:
     with arm() as (rig, wire):
         _drive(rig, Outputs(4.0, 1.9, 0.0, 0.0), 300)

@@ -9,6 +9,7 @@ from macromicro import cli
 from macromicro.machines import doubts
 from macromicro.machines.composition import TURNS
 from macromicro.machines.compositions import COMPOSITIONS
+from tests.command import BARE
 
 BELT = 'machine = "axis"\ndrive = {kind = "belt", frequency = "20 Hz", damping = 0.01}\n'
 COARSE = 'machine = "axis"\nencoder.lines = 12\n'
@@ -40,7 +41,7 @@ def test_a_derived_tolerance_far_above_the_encoder_or_coarse_is_shown_with_its_r
     assert tomllib.loads(shown)["machine"] == "axis"
     assert called(monkeypatch, "config", "show", "motion", *config) == 0
     assert "warning" not in capsys.readouterr().out
-    assert called(monkeypatch, "run", *config, "--out", folder / "out", "--json") == 0
+    assert called(monkeypatch, *BARE, *config, "--out", folder / "out", "--json") == 0
     (told,) = json.loads(capsys.readouterr().out)["warnings"]
     assert told == warning.removeprefix("# warning: ")
     page = (folder / "out/report.html").read_text()

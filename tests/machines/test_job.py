@@ -11,6 +11,7 @@ from macromicro import ArrivalWarning, cli
 from macromicro.machines import job, machine, planning, runs
 from macromicro.recording import Recording
 from macromicro.runs.job import Stop
+from tests.command import BARE
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("[!x]*.toml"))
 LATE = {"axis": 0.05, "rotary": 0.05, "piezo": 0.5, "wire": 1.0}  # s after the profile's end
@@ -31,7 +32,7 @@ def files(tmp_path):
 
 
 def test_a_run_writes_its_folder(files, monkeypatch, capsys):
-    words = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    words = (*BARE, files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *words, "--figures", "png,svg", "--json") == 0
     told = json.loads(capsys.readouterr().out)
     out = files / "out"
@@ -59,7 +60,7 @@ def test_a_run_writes_its_folder(files, monkeypatch, capsys):
 
 
 def test_a_run_without_figures(files, monkeypatch):
-    words = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    words = (*BARE, files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *words, "--figures", "none") == 0
     names = {p.name for p in (files / "out").iterdir()}
     assert names == {"recording.h5", "summary.json", "report.html"}
@@ -75,14 +76,14 @@ def test_a_run_without_figures(files, monkeypatch):
     ],
 )
 def test_what_it_does_not_know_is_refused(files, monkeypatch, capsys, words, said):
-    run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    run = (*BARE, files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *run, *words) == 2
     assert said in capsys.readouterr().err and not (files / "out").exists()
 
 
 def test_runs_that_name_no_folder_get_one_each(files, monkeypatch, capsys):
     monkeypatch.chdir(files)
-    run = ("run", "p.toml", "--config", "m.toml")
+    run = (*BARE, "p.toml", "--config", "m.toml")
     assert called(monkeypatch, *run) == called(monkeypatch, *run) == 0
     folders = [line for line in capsys.readouterr().out.splitlines() if line.startswith("results")]
     assert folders == ["results: results/p", "results: results/p-2"]
@@ -104,7 +105,7 @@ def test_other_commands_that_name_no_folder_get_one_each(words, tmp_path, monkey
 
 def test_a_fault_ends_the_run_with_words_and_status_1(files, monkeypatch, capsys):
     (files / "m.toml").write_text('machine = "axis"\n[guard]\nerror = "1 um"\n')
-    run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    run = (*BARE, files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *run) == 1
     said = capsys.readouterr().err
     assert "The stage does not follow its set point" in said and "allowed 0.001 mm" in said
@@ -116,7 +117,7 @@ def test_a_fault_ends_the_run_with_words_and_status_1(files, monkeypatch, capsys
 def test_a_move_that_does_not_arrive_is_reported(files, monkeypatch, capsys):
     text = 'machine = "axis"\n[arrival]\ndwell = "1 s"\npatience = "10 ms"\n'
     (files / "m.toml").write_text(text)
-    run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    run = (*BARE, files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *run) == 1
     told = capsys.readouterr()
     assert "moves 1, 2 did not arrive within 0.01 s" in told.err

@@ -8,6 +8,7 @@ from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
 from macromicro.machines import compositions
 from macromicro.machines.composition import STEP
+from tests.command import BARE
 
 LAWS = {**dict.fromkeys(outside.SHIPPED, "macro"), **dict.fromkeys(outside.FINE, "micro")}
 OTHERS = [c.name for c in compositions.COMPOSITIONS if c.name != "two_stage"]
@@ -29,7 +30,7 @@ def test_before_anything_moves_it_is_refused(machine, law, on, tmp_path, monkeyp
     rig = "twin" if on == "the twin" else f"{faulty}:x+{faulty}:y" if step else f"{faulty}:stage"
     for name in names:
         (tmp_path / "m.toml").write_text(f'machine = "{machine}"\n{name} = "{law}"\n')
-        words = ("run", "--config", tmp_path / "m.toml", "--out", tmp_path / "out", "--rig", rig)
+        words = (*BARE, "--config", tmp_path / "m.toml", "--out", tmp_path / "out", "--rig", rig)
         said = refused(monkeypatch, capsys, *words)
         assert f"law: the gains of {law} are a model of the {LAWS[law]}-stage" in said
     if not step:

@@ -17,6 +17,7 @@ from macromicro.machines import job, machine, on_rig, runs
 from macromicro.machines.on_rig import Rigs
 from macromicro.machines.planning import Schedule
 from macromicro.recording import Recording
+from tests.command import BARE
 from tests.systems import posix
 
 MINE = """
@@ -78,7 +79,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def called(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
     def call(rig: str, *words: str) -> int:
-        line = ["run", "p.toml", "--config", "m.toml", "--rig", rig, "--out", "out", *words]
+        line = [*BARE, "p.toml", "--config", "m.toml", "--rig", rig, "--out", "out", *words]
         monkeypatch.setattr("sys.argv", ["macromicro", *line])
         return cli.main()
 
@@ -107,7 +108,7 @@ def test_it_runs_as_the_simulated_machine_does(
     made, tree = machine.load(lab / "m.toml")
     alone = runs.record(made, tree, job.check(job.Request(lab / "m.toml", "p.toml")).programme)
     assert found["position"][-1] == pytest.approx(alone.recording["position"][-1], abs=0.03)
-    assert (lab / "out" / "report.html").exists() and (lab / "out" / "response.png").exists()
+    assert (lab / "out" / "report.html").exists()
 
 
 def test_from_elsewhere_it_goes_to_its_start_first(

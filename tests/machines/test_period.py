@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from macromicro import kernel
+from macromicro.interpreting import FEW
 from macromicro.kernel import compiled, counting
 from macromicro.machines import composite, guarding, period, planning, results, runs
 from macromicro.machines import machine as machines
@@ -56,9 +58,18 @@ def test_interpreted_and_compiled_give_the_same_bits(machine):
     assert np.isnan(looked_at[names.index("t")]).all()
 
 
-def test_few_periods_are_interpreted_until_there_is_machine_code(monkeypatch, tmp_path):
-    """The first ones of a machine, in whatever run: they are over before it would be compiled."""
+@pytest.fixture
+def empty_cache(monkeypatch, tmp_path):
     monkeypatch.setenv("MACROMICRO_CACHE", str(tmp_path))
+    kernel._point(kernel._numba())
+    yield
+    monkeypatch.undo()
+    kernel._point(kernel._numba())
+
+
+@pytest.mark.usefixtures("empty_cache")
+def test_few_periods_are_interpreted_until_there_is_machine_code(tmp_path):
+    """The first ones of a machine, in whatever run: they are over before it would be compiled."""
     settings, plan = short(AXIS)
     dt, counts = settings.timing.period, []
     stages = composite.stages(AXIS)._replace(names=("first",))
@@ -67,7 +78,7 @@ def test_few_periods_are_interpreted_until_there_is_machine_code(monkeypatch, tm
     noise = (np.random.default_rng(1).standard_normal((300, AXIS.kind.noises)),)
     blocks = []
     with counting(counts.append):
-        for expected, compilations in ((20_000, 0), (10_000, 0), (1, 1), (1, 1)):
+        for expected, compilations in ((FEW - 1000, 0), (1000, 0), (1, 1), (1, 1)):
             block = np.zeros((len(period.columns(stages)), 300))
             period.quickest(stages, expected)(bench, loops, start, noise, block, dt)
             assert bool(counts) == bool(compilations), expected
@@ -75,7 +86,7 @@ def test_few_periods_are_interpreted_until_there_is_machine_code(monkeypatch, tm
     before = len(counts)
     assert all(np.array_equal(block, blocks[0]) for block in blocks)
     (note,) = tmp_path.glob("kernels-*/interpreted/*")
-    assert note.read_text() == "30000"
+    assert note.read_text() == f"{FEW}"
     note.unlink()
     with counting(counts.append):  # loaded code is used, however few periods there are
         period.quickest(stages, 1)(bench, loops, start, noise, block, dt)

@@ -58,6 +58,7 @@ def test_a_study_requires_the_tolerance_of_the_path():
     assert {"contour", "rms_contour", "true_contour", "settling"} <= set(subject.main)
 
 
+@pytest.mark.slow
 def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
     (tmp_path / "m.toml").write_text('machine = "xy"\n')
     (tmp_path / "limits.toml").write_text('true_contour = "1 um"\n')

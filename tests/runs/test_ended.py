@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.command import BARE
 from tests.command import command as macromicro
 from tests.systems import posix
 
@@ -78,7 +79,7 @@ def family(request, tmp_path, monkeypatch):
 
 def ran(monkeypatch, config):
     words = [
-        "run",
+        *BARE,
         "p.toml",
         "--config",
         config,
@@ -101,7 +102,7 @@ def test_a_file_says_whether_its_run_finished_and_which_fault_ended_it(family, m
 @posix
 def test_rows_survive_a_process_that_is_killed_while_it_runs_on_a_rig(family, tmp_path):
     (tmp_path / "mortal.py").write_text(RIGS)
-    words = ["run", "p.toml", "--config", "m.toml", "--out", "out", "--yes"]
+    words = [*BARE, "p.toml", "--config", "m.toml", "--out", "out", "--yes"]
     rig = ["--rig", family.format("mortal")]
     done = macromicro(*words, *rig, cwd=tmp_path)
     assert done.returncode == -signal.SIGKILL, done.stderr

@@ -183,7 +183,9 @@ def test_a_hall_sensor_on_its_rail_costs_trust_at_once_and_gives_it_back() -> No
     scene.close()
 
 
-@pytest.mark.parametrize("name", ["hall-silent", "hall-stuck"])
+@pytest.mark.parametrize(
+    "name", ["hall-silent", pytest.param("hall-stuck", marks=pytest.mark.slow)]
+)
 def test_the_remedy_that_is_told_works_the_first_time(name: str) -> None:
     """FAUL:CLE;:ENAB;HOME behind a fault of the Hall sensor at rest."""
     scene = Scene()

@@ -131,6 +131,7 @@ def test_workers_with_other_sources_end_it(make: Make, tmp_path: Path) -> None:
         run.execute(ready, lambda *_: None, lambda *_: None, lambda: False)
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed(make: Make, tmp_path: Path) -> None:
     """The same file as without a stop; damaged parts are computed again, all others not."""
     log, out = tmp_path / "log", tmp_path / "out"
@@ -203,6 +204,7 @@ def test_a_signal_keeps_what_is_finished_and_says_how_to_go_on(
     assert sorted(p.name for p in out.iterdir()) == ["parts", "study.json", "sweep.toml"]
 
 
+@pytest.mark.slow
 def test_two_runs_in_one_folder(make: Make, tmp_path: Path) -> None:
     spec, out = make(80, delay=0.02), tmp_path / "out"
     process = started(spec, out)

@@ -123,6 +123,7 @@ def tool(*arguments):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_killed_mutants_pass():
     done = tool("control/deadzone.py")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.command import BARE
 from tests.command import command as macromicro
 from tests.systems import posix
 from tests.warm import Command
@@ -30,7 +31,7 @@ def test_tune_then_run(tmp_path: Path) -> None:
     assert "are better: objective" in done.stdout and "try: macromicro run" in done.stdout
     tuned = tmp_path / "results" / "tune-macro" / "tuned.toml"
     (tmp_path / "one.toml").write_text('[[moves]]\nmacro = "150 mm"\nhold = "0.5 s"\n')
-    ran = command("run", "one.toml", "--config", str(tuned), "--json", cwd=tmp_path)
+    ran = command(*BARE, "one.toml", "--config", str(tuned), "--json", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert "pd_tuned.now" in ran.stdout
     again = command("tune", "macro", "--out", "results/tune-macro", cwd=tmp_path)

@@ -96,6 +96,7 @@ def loop(settings: Any, plan: Plan, names: Sequence[str] = ()) -> Loop:
     if tree.is_corrected(settings):
         corrected = correcting.tables(settings, names)
     wired = lines.wired(settings)
+    settings = tree.for_kernels(settings)
     return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired, corrected)
 
 

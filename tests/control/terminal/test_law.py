@@ -272,6 +272,7 @@ def arrivals(run):
     return found
 
 
+@pytest.mark.slow
 def test_on_the_bench_moves_end_in_the_count_near_the_limit(bench):
     settings = Settings()
     found = arrivals(bench())

@@ -15,6 +15,7 @@ from macromicro.machines.joint.settings import DEFAULT
 from macromicro.recording import Recording
 from macromicro.runs import folder
 from macromicro.runs.job import Stop
+from tests.command import BARE
 
 EXAMPLE = Path(__file__).parents[3] / "examples/machines/xy-plotter.toml"
 PATHS = """
@@ -42,7 +43,7 @@ def files(tmp_path):
 
 
 def asked(files, *more):
-    return ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out", *more)
+    return (*BARE, files / "p.toml", "--config", files / "m.toml", "--out", files / "out", *more)
 
 
 def test_a_run_writes_its_folder(files, monkeypatch, capsys):

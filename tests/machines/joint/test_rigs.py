@@ -18,6 +18,7 @@ from macromicro.machines.joint.settings import DEFAULT
 from macromicro.machines.runs import Blocks
 from macromicro.recording import Recording
 from macromicro.types import SAFE
+from tests.command import BARE
 
 MINE = """
 from pathlib import Path
@@ -71,7 +72,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def called(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
     def call(rig: str, *words: str) -> int:
-        line = ["run", "--config", "m.toml", "--rig", rig, "--out", "out", *words]
+        line = [*BARE, "--config", "m.toml", "--rig", rig, "--out", "out", *words]
         monkeypatch.setattr("sys.argv", ["macromicro", *line])
         return cli.main()
 

@@ -67,6 +67,7 @@ def settled(motor: Any) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_a_disabled_machine_fails_a_move(motor: Any) -> None:
     put("disable")
     status = motor.set(10.0)

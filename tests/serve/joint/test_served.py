@@ -130,6 +130,7 @@ def test_a_fault_of_one_axis_is_told_as_its_own_and_stops_both(tmp_path: Path) -
         assert client.ask("FAUL?").startswith("0,") and client.ask("MODE?") == '"disabled"'
 
 
+@pytest.mark.slow
 def test_two_axes_and_a_piezo_home_move_and_run_programmes(tmp_path: Path) -> None:
     with served(tmp_path, example("xyz"), "--gcs", "0") as client:
         assert client.ask("*IDN?").startswith("macromicro,x_y_z own,0,")

@@ -108,18 +108,18 @@ def test_an_axis_with_a_piezo_on_it_is_one_machine(tmp_path: Path) -> None:
 
 
 def test_stages_in_turn_move_one_after_the_other(tmp_path: Path) -> None:
-    bed = Bed(written(tmp_path, 'x = "axis", z = "piezo"', "in turn"))
-    assert bed.done(m.MovePoint({"x": 0.05, "z": 40e-6})).outcome == m.DONE
+    bed = Bed(written(tmp_path, 'z = "piezo", slide = "axis"', "in turn"))
+    assert bed.done(m.MovePoint({"slide": 0.05, "z": 40e-6})).outcome == m.DONE
     aims = np.array(bed.aims)
     last, first = np.flatnonzero(np.diff(aims[:, 0]))[-1], np.flatnonzero(np.diff(aims[:, 1]))[0]
-    assert last < first and bed.place == pytest.approx((0.05, 40e-6), abs=3e-5)
-    bed.ask(m.MovePoint({"x": 0.02, "z": 10e-6}))
-    bed.run(30)
+    assert last < first and bed.place == pytest.approx((40e-6, 0.05), abs=3e-5)
+    bed.ask(m.MovePoint({"slide": 0.02, "z": 10e-6}))
+    bed.run(2)
     bed.ask(m.Stop())
     bed.run(3000, to_end=True)
     ends = [n for n in bed.notices if isinstance(n, m.Finished)]
     assert ends[-1].outcome == m.STOPPED_BY_REQUEST
-    assert bed.place[1] == pytest.approx(40e-6, abs=1e-7)
+    assert bed.place[1] == pytest.approx(0.05, abs=3e-5)
     modes = [n.to_mode for n in bed.notices if isinstance(n, Event) and n.kind == "mode"]
     assert modes[-1] == "stopped"
 

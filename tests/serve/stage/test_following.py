@@ -103,8 +103,6 @@ def test_whatever_is_streamed_keeps_the_limits(
     if not SCREW:
         SCREW.append(Machine())
     machine, guide = SCREW[0], SCREW[0].led.guide
-    machine.ask(m.Stop())
-    machine.run(1000)
     reply = machine.ask(m.Follow("macro", HOLD))
     assert isinstance(reply, Accepted)
     low, high = _travel(machine)

@@ -15,7 +15,7 @@ from tests import browser
 from tests.serve.quick import quick
 
 sys.path.insert(0, str(Path(__file__).parent))
-from page_parts import Page
+from page_parts import SPARING, Page
 from web_parts import Client, Station
 
 
@@ -82,7 +82,7 @@ def driver(profile: Path) -> Iterator[Any]:
 
 @pytest.fixture(scope="package")
 def page(driver: Any, station: real.Station, profile: Path) -> Iterator[Page]:
-    with WebServer(station, port=0, folder=profile) as server:
+    with WebServer(station, port=0, folder=profile, bounds=SPARING) as server:
         yield Page(driver, server, station)
 
 

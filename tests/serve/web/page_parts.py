@@ -14,7 +14,11 @@ from macromicro.control.live import messages as m
 from macromicro.serve import choosing
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
+from macromicro.serve.web._bounds import Bounds
 from tests.browser import DESK, Window
+
+# The tests' browser draws on the processor: a third of the usual frames.
+SPARING = Bounds(frames=10.0)
 
 # In control by a sound connection: so the page is when a test has ended.
 OURS = """
@@ -59,6 +63,11 @@ class Page(Window):
 
     def shown(self) -> None:
         until(lambda: self.run("return Boolean(window.macromicro?.state().mode)"))
+
+    def problems(self) -> list[str]:
+        """What the browser has logged; for a picture alone it asks for an icon of its own."""
+        said = [str(entry["message"]) for entry in self.driver.get_log("browser")]
+        return [words for words in said if "favicon" not in words]
 
     def find(self, selector: str) -> Any:
         return self.driver.find_element("css selector", selector)
@@ -181,7 +190,7 @@ def opened(driver: Any, file: Path, folder: Path) -> Iterator[Page]:
     settings = choosing.load(file)
     patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
     station = Station(settings=settings._replace(serve=patient), state=folder / "p.json")
-    with station, WebServer(station, port=0, folder=folder) as server:
+    with station, WebServer(station, port=0, folder=folder, bounds=SPARING) as server:
         page = Page(driver, server, station)
         page.show()
         yield page

@@ -92,7 +92,7 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert station.snapshot().axes[0].position_m == pytest.approx(0.150, abs=3e-6)
     assert station.request(station.snapshot().holder, m.Disable()) == m.Accepted()
     until(lambda: "disabled" in page.text("#mode"))
-    assert [entry["message"] for entry in page.driver.get_log("browser")] == []
+    assert page.problems() == []
 
 
 @pytest.mark.slow
@@ -131,6 +131,7 @@ def three(driver: Any, tmp_path: Path) -> Iterator[Page]:
         yield page
 
 
+@pytest.mark.slow
 def test_a_machine_of_three_stages_has_a_ruler_a_field_and_buttons_of_each(three: Page) -> None:
     page, station = three, three.station
     assert page.run(SHOWN, "#axis-rulers .ruler, #point-fields input, #axis-jogs .jog") == 9
@@ -156,4 +157,4 @@ def test_a_machine_of_three_stages_has_a_ruler_a_field_and_buttons_of_each(three
     until(lambda: station.snapshot().axes[2].position_m < z - 0.9e-6)
     plots = page.text("#plots")
     assert all(f"Axis {n}" in plots and f"Effort of {n}" in plots for n in "xyz")
-    assert [entry["message"] for entry in page.driver.get_log("browser")] == []
+    assert page.problems() == []

@@ -72,6 +72,7 @@ def test_both_stops_work_while_changes_are_reviewed(
     ready.shape(DESK)
 
 
+@pytest.mark.slow
 def test_the_focus_goes_into_the_dialog_and_back(ready: Page) -> None:
     typed(ready, "1.5")
     assert ready.run("return document.activeElement.id") == "diff"
@@ -119,6 +120,7 @@ def test_numbers_are_compared_as_numbers(ready: Page) -> None:
     ready.click("#cancel")
 
 
+@pytest.mark.slow
 def test_a_change_back_is_taken_at_once(ready: Page) -> None:
     now = value(ready)
     for new in (now + 0.25, now):

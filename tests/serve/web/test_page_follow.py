@@ -33,6 +33,7 @@ def homed(page: Page) -> None:
     until(lambda: page.station.snapshot().trusted and page.station.snapshot().motion == 0)
 
 
+@pytest.mark.slow
 def test_the_stage_follows_a_drag_on_the_scales_and_stays_there(screw: Page) -> None:
     page, station = screw, screw.station
     homed(page)
@@ -52,7 +53,7 @@ def test_the_stage_follows_a_drag_on_the_scales_and_stays_there(screw: Page) -> 
     way = 5 * (width // 40) / (width - 64) * (high - low)
     assert end.position == pytest.approx(0.5 * (low + high) + way, abs=5e-3)
     assert page.find("#move-value").get_attribute("value") == ""  # no click was meant
-    assert [e for e in page.driver.get_log("browser") if "favicon" not in e["message"]] == []
+    assert page.problems() == []
 
 
 def test_a_move_is_captured_and_its_curves_are_drawn_and_saved(screw: Page) -> None:
@@ -90,4 +91,4 @@ def test_a_move_is_captured_and_its_curves_are_drawn_and_saved(screw: Page) -> N
     assert page.find("#capture-threshold").is_displayed()
     page.click("#capture-stop")
     until(lambda: page.text("#capture-state") == "Stopped.")
-    assert [e for e in page.driver.get_log("browser") if "favicon" not in e["message"]] == []
+    assert page.problems() == []

@@ -51,6 +51,7 @@ def micro_step(page: Page) -> int:
     return page.begun()
 
 
+@pytest.mark.slow
 def test_the_span_is_shown_whenever_the_greeting_comes(page: Page) -> None:
     """The plots ask for their view before the server has said which spans there are."""
     page.show()
@@ -194,6 +195,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     until(lambda: page.text("#point-list") == "")
 
 
+@pytest.mark.slow
 def test_a_click_on_the_scales_proposes_and_moves_if_asked(ready: Page) -> None:
     ready.find("#move-value").clear()
     ready.click("#ruler")
@@ -251,6 +253,7 @@ def test_a_long_programme_comes_in_pieces(ready: Page, tmp_path: Path) -> None:
     ready.says("long.csv: 3001 moves")
 
 
+@pytest.mark.slow
 def test_soft_limits_are_set_and_given_back(in_mm: Page) -> None:
     page = in_mm
     own = page.station.settings.live.limits

@@ -203,6 +203,7 @@ def test_the_age_of_a_calibration_is_shown(axis: Page) -> None:
     assert re.fullmatch(age, told)
 
 
+@pytest.mark.slow
 def test_the_plots_go_by_the_loops_own_period(axis: Page) -> None:
     page = axis
     # One look: the page begins another ring whenever its width or what is plotted changes.

@@ -88,7 +88,7 @@ def test_nothing_that_goes_on_by_itself_is_read_aloud(ready: Page) -> None:
     assert ready.run(LIVE) >= 2
     position = ready.text("#position")
     frames = ready.run("return macromicro.frames")
-    until(lambda: ready.run("return macromicro.frames") > frames + 40)
+    until(lambda: ready.run("return macromicro.frames") > frames + 13)
     until(lambda: ready.text("#position") != position)
     assert ready.run("return window.told") == 0
 
@@ -115,6 +115,7 @@ def test_a_download_is_told_at_its_beginning_and_end(
     assert ready.run("return window.told") <= 2
 
 
+@pytest.mark.slow
 def test_a_fault_of_a_loop_that_is_gone_cannot_be_cleared(page: Page, tmp_path: Path) -> None:
     fake = Station()
     fake.fault = Trouble(4, "encoder silent", "The encoder is silent.", "0.1 s", "See its plug.")

@@ -25,7 +25,7 @@ from macromicro.machines.period import Bench, Part, Run, Stages
 from macromicro.machines.sequence import MOVING, Plan, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds, Loop
-from macromicro.machines.tree import gains
+from macromicro.machines.tree import for_kernels, gains
 
 RESTS = 0.05  # of the greatest speed between two readings, of a stage at rest that nothing pushes
 PUSHED = 0.2  # of the greatest acceleration, of a stage that is pushed by hand
@@ -135,7 +135,7 @@ class Control:
     def __init__(self, machine: AnyMachine, tree: Any, stages: Stages | None = None) -> None:
         simulated = composite.stages(machine)
         self.stages = simulated if stages is None else stages
-        self._trees = list(machine.trees(tree))
+        self._trees = list(map(for_kernels, machine.trees(tree)))
         kinds = self.kinds = self.stages.kinds
         count = range(len(kinds))
         number = self.number = pace.periods(self._trees[0])
@@ -209,7 +209,8 @@ class Control:
 
     def take(self, tree: Any, stage: int = 0) -> None:
         """Take a stage's settings from the next period on; its law keeps its memory."""
-        self._trees[stage], self._gains[stage] = tree, gains(tree)
+        self._trees[stage] = for_kernels(tree)
+        self._gains[stage] = gains(self._trees[stage])
 
     def renew(self) -> None:
         self.watches = [guarding.cleared(watch) for watch in self.watches]
