@@ -94,9 +94,13 @@ def turned(made: type[Set]) -> type[Set]:
 
 
 def plain(values: Any) -> Any:
-    """The numbers of a set of `turned`, or of any other, in the class of the linear stage."""
+    """The numbers of a set of `turned`, or of any other, in the class of the linear stage.
+
+    Both kinds of stage then share their machine code; and numba, which takes tuples of different
+    classes with the same fields for one type until it has looked twice, looks once.
+    """
     base: Any = type(values).__base__
-    return values if base is tuple else base._make(values)
+    return base._make(values) if issubclass(base, tuple) and base is not tuple else values
 
 
 def _read_in(note: Par) -> str:

@@ -34,7 +34,7 @@ from macromicro.machines.planning import Planned
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
 from macromicro.machines.stage_trees import all_of
-from macromicro.place import Place
+from macromicro.place import Place, plain
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -96,8 +96,8 @@ def loop(settings: Any, plan: Plan, names: Sequence[str] = ()) -> Loop:
     if tree.is_corrected(settings):
         corrected = correcting.tables(settings, names)
     wired = lines.wired(settings)
-    settings = tree.for_kernels(settings)
-    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired, corrected)
+    gains, guard, arrival = map(plain, (tree.gains(settings), settings.guard, settings.arrival))
+    return Loop(gains, guard, arrival, plan, wired, corrected)
 
 
 def loops(machine: AnyMachine, settings: Any, planned: Planned) -> tuple[Loop, ...]:

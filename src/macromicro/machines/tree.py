@@ -11,7 +11,7 @@ from macromicro.control.correction import Correction, NoCorrection
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError, ProblemError
 from macromicro.place import of as place_of
-from macromicro.place import plain, turned
+from macromicro.place import turned
 from macromicro.schema import access, plugins
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import Given, Par, extended, replaced, value_at
@@ -163,17 +163,6 @@ def gains(tree: Any) -> Any:
 def gains_set(tree: Any) -> str:
     """Name of the set of `gains`."""
     return OWN if is_own(tree) else "controller"
-
-
-def for_kernels(tree: Any) -> Any:
-    """Settings whose sets are of the same classes for stages that turn and for those that do not.
-
-    Both then share their machine code; and numba, which takes tuples of different classes with the
-    same fields for one type until it has looked twice, looks once.
-    """
-    return tree._replace(
-        **{name: plain(getattr(tree, name)) for name in (gains_set(tree), "guard", "arrival")}
-    )
 
 
 def settled(tree: Tree) -> Tree:

@@ -25,7 +25,8 @@ from macromicro.machines.period import Bench, Part, Run, Stages
 from macromicro.machines.sequence import MOVING, Plan, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds, Loop
-from macromicro.machines.tree import for_kernels, gains
+from macromicro.machines.tree import gains
+from macromicro.place import plain
 
 RESTS = 0.05  # of the greatest speed between two readings, of a stage at rest that nothing pushes
 PUSHED = 0.2  # of the greatest acceleration, of a stage that is pushed by hand
@@ -78,14 +79,14 @@ def led(
     )
     # A speed is measured to three counts within the guard's window.
     coarse = 3.0 * tree.encoder.pitch / tree.guard.window
-    guard = tree.guard._replace(
+    guard = plain(tree.guard)._replace(
         low=course.low,
         high=course.high,
         speed=min(tree.guard.speed, course.speed + coarse),
         leant=course.leant if math.isfinite(course.leant) else tree.guard.leant,
     )
     wired = wired._replace(homing=int(course.homing))
-    return Loop(gained, guard, tree.arrival, plan, wired, corrected)
+    return Loop(gained, guard, plain(tree.arrival), plan, wired, corrected)
 
 
 def pulsed(shown: Array) -> float:
@@ -135,12 +136,12 @@ class Control:
     def __init__(self, machine: AnyMachine, tree: Any, stages: Stages | None = None) -> None:
         simulated = composite.stages(machine)
         self.stages = simulated if stages is None else stages
-        self._trees = list(map(for_kernels, machine.trees(tree)))
+        self._trees = list(machine.trees(tree))
         kinds = self.kinds = self.stages.kinds
         count = range(len(kinds))
         number = self.number = pace.periods(self._trees[0])
         self.places = [kind.place for kind in simulated.kinds]
-        self._gains = list(map(gains, self._trees))
+        self._gains = [plain(gains(own)) for own in self._trees]
         self.dt = float(self._trees[0].timing.period)
         for (name, one), own in zip(machine.stages, self._trees, strict=True):
             checked(one, own, f"{name}." if name else "")
@@ -209,8 +210,7 @@ class Control:
 
     def take(self, tree: Any, stage: int = 0) -> None:
         """Take a stage's settings from the next period on; its law keeps its memory."""
-        self._trees[stage] = for_kernels(tree)
-        self._gains[stage] = gains(self._trees[stage])
+        self._trees[stage], self._gains[stage] = tree, plain(gains(tree))
 
     def renew(self) -> None:
         self.watches = [guarding.cleared(watch) for watch in self.watches]
