@@ -57,6 +57,7 @@ def test_the_search_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch) -> No
     assert _axis_gains.searched(slow(), UNSURE) == _axis_gains.searched(slow(), UNSURE)
 
 
+@pytest.mark.slow
 def test_nothing_is_taken_that_is_hardly_better_or_comes_too_near(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -304,6 +304,7 @@ def searched(path: str, value: str) -> Any:
     return tune
 
 
+@pytest.mark.slow
 def test_gains_by_which_the_stage_itself_settles_later_are_left_out(
     done: tuple[Commissioned, Path, list[str]], again: Callable[..., Again]
 ) -> None:

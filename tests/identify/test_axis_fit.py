@@ -195,6 +195,7 @@ def test_a_record_begins_at_rest_below_2_percent_of_its_top_speed() -> None:
     assert begun(0.01) == (pytest.approx(0.30001), 0.0)
 
 
+@pytest.mark.slow
 def test_a_delay_is_found_in_records_of_two_sample_times() -> None:
     """150 ms, of records at 1 and 4 ms: in seconds, not in samples of one of them."""
     truth, records = Axis(4.0, 25.0, 12.0, 2.0), []

@@ -68,6 +68,7 @@ def test_a_dead_zone_and_a_limit_are_found_to_a_twentieth_of_the_input() -> None
     assert limit is not None and float(limit[1]) == pytest.approx(1.2, abs=0.11)
 
 
+@pytest.mark.slow
 def test_inputs_that_are_cut_to_be_tried_bring_no_warning() -> None:
     """Nor do they say that the record's own input saturates."""
     smooth = np.cumsum(inputs(3)) % 7.0 + 0.01 * np.arange(len(inputs(3)))

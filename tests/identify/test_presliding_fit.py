@@ -36,6 +36,7 @@ def of(fit, name: str) -> tuple[float, float]:
     return float(fit.values[k]), float(fit.std[k])
 
 
+@pytest.mark.slow
 def test_stiffness_and_level_are_found_where_the_record_shows_them() -> None:
     fit = presliding_drive(*seen(TRUE, force=0.05), along=1)
     assert fit.friction == "lugre"

@@ -334,6 +334,7 @@ def test_the_way_between_curves_is_chosen_by_curves_held_out(tmp_path: Path) -> 
         hysteresis.identify(given(few), Options(between="auto"))
 
 
+@pytest.mark.slow
 def test_what_is_held_out_chooses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The error told for every second curve is of a table chosen by the other ones alone."""
     pairs = steep(15)
