@@ -117,7 +117,8 @@ def _columns(data: Data, model: Model) -> _Columns:
         parts["growth"] = (degrees * data.x)[:, None]  # from the place 0
     if model.time > 0.0:
         parts["warming"] = ((1.0 - np.exp(-data.t / model.time)) * data.x)[:, None]
-    parts["drift"] = _drift(data.t)
+    if data.t[-1] > 0.0:  # readings of a file have no times
+        parts["drift"] = _drift(data.t)
     edges = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
     spans = {name: slice(*edge) for name, edge in zip(parts, pairwise(edges), strict=True)}
     return _Columns(np.concatenate(list(parts.values()), axis=1), spans)
