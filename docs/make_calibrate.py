@@ -154,15 +154,28 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
 
 
 def ripple(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
-    """Speed ripple of slow passes that cogging causes, before and after."""
+    """Speed ripple of slow passes that cogging causes, before and after.
+
+    The same passes without cogging show what counts and friction do with the same settings.
+    """
     (each,) = found.ripple
-    machine, settings = procedure.uncorrected(found.request.machine, found.request.settings)
+    correction = found.settings.correction
+    nothing = dict.fromkeys(("effort_up", "effort_down", "effort_waves"), (0.0, 0.0))
+    off = correction._replace(**nothing)
+    request = found.request
+    trees = {
+        "before": procedure.uncorrected(request.machine, request.settings),
+        "after": procedure.corrected(request.machine, found.settings, [off]),
+    }
     smooth = bench._replace(drive=bench.drive._replace(cogging=0.0))
-    assert isinstance(machine, Machine)
-    least = efforts.passes(machine, settings, seed, smooth).ripple
-    whole = {"whole before": each.before, "whole after": each.after, "least": least}
-    before, after = (math.sqrt(max(v**2 - least**2, 0.0)) for v in (each.before, each.after))
-    return {"before": before, "after": after, "half": math.nan, "inside": math.nan} | whole
+    judged = {"half": math.nan, "inside": math.nan}
+    for name, (machine, settings) in trees.items():
+        assert isinstance(machine, Machine)
+        whole = getattr(each, name)
+        least = efforts.passes(machine, settings, seed, smooth).ripple
+        added = math.sqrt(max(whole**2 - least**2, 0.0))
+        judged |= {name: added, f"whole {name}": whole, f"least {name}": least}
+    return judged
 
 
 def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
@@ -236,7 +249,7 @@ def drawn(row: Row, k: int) -> tuple[Any, Any, Any]:
 
 
 def noticed(k: int) -> dict[str, Any]:
-    """Whether `--check` finds a calibration right that is, and wrong one of three ways."""
+    """Whether `--check` finds a calibration right that is, and wrong in each of three ways."""
     row = next(each for each in ROWS if each.name == "backlash")
     machine, settings, bench = drawn(row, k)
     request = Request(machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench)
@@ -259,14 +272,8 @@ def noticed(k: int) -> dict[str, Any]:
             bench=bench._replace(drive=drive._replace(backlash=1.5 * drive.backlash))
         ),
     }
-    way, other = list(wrong.items())[k % 3]
-    holds = checking.check(asked).axes[0].holds
-    return {
-        "bench": k,
-        "right": holds,
-        "way": way,
-        "found": not checking.check(other).axes[0].holds,
-    }
+    found_out = {way: not checking.check(each).axes[0].holds for way, each in wrong.items()}
+    return {"bench": k, "right": checking.check(asked).axes[0].holds, "noticed": found_out}
 
 
 def measured_value(tree: Any, path: str) -> float:
@@ -303,15 +310,15 @@ def table(found: list[dict[str, Any]]) -> str:
             "" if np.isnan(inside).all() else f"{100 * np.nanmean(inside):.0f} %",
         ]
         lines.append(f"| {' | '.join(cells)} |")
-    rippled = [each for each in found if "least" in each]
+    rippled = [each for each in found if "whole after" in each]
     if rippled:
-        names = ("whole before", "whole after", "least")
-        first, last, none = (1e6 * np.median([each[name] for each in rippled]) for name in names)
+        names = ("whole before", "least before", "whole after", "least after")
+        shown = [f"{1e6 * np.median([e[name] for e in rippled]):.3g} um/s" for name in names]
         lines += [
             "",
             "Of the speed ripple, by the encoder over 0.1 s, the table has what cogging adds. The "
-            f"whole is {first:.3g} um/s before and {last:.3g} um/s after; without any cogging it "
-            f"is {none:.3g} um/s, from counts of the encoder.",
+            f"whole is {shown[0]} before, of which {shown[1]} are there without any cogging, from "
+            f"counts of the encoder; after, it is {shown[2]}, and {shown[3]} without any cogging.",
         ]
     held: dict[str, list[float]] = {}
     for each in found:
@@ -330,9 +337,9 @@ def told(checks: list[dict[str, Any]]) -> str:
     lines = ["", "| `--check` of | result |", "|---|---|"]
     right = sum(each["right"] for each in checks)
     lines.append(f"| the machine that was calibrated | {right} of {len(checks)} hold |")
-    for way in sorted({each["way"] for each in checks}):
-        own = [each["found"] for each in checks if each["way"] == way]
-        lines.append(f"| {way} | {sum(own)} of {len(own)} are noticed |")
+    for way in checks[0]["noticed"]:
+        found = sum(each["noticed"][way] for each in checks)
+        lines.append(f"| {way} | {found} of {len(checks)} are noticed |")
     return "\n".join(lines) + "\n"
 
 

@@ -14,6 +14,7 @@ from tests.command import command
 from macromicro.calibration import by_hand, procedure
 from macromicro.calibration.request import ready
 from macromicro.errors import InputError, ProblemError
+from macromicro.machines import compositions
 
 SCREW = Path(__file__).parents[2] / "examples" / "machines" / "screw.toml"
 
@@ -70,6 +71,40 @@ def test_errors_with_directions_and_temperatures_are_read_too(tmp_path: Path) ->
     assert found.temperature[1] == pytest.approx(20.1)
 
 
+def test_identify_reads_the_file_of_another_instrument(tmp_path: Path) -> None:
+    """Columns in any order, with the instrument's own units and signs."""
+    file, out = tmp_path / "house.csv", tmp_path / "out"
+    rows = [
+        f"{21 + 0.1 * (k % 3):.1f},{1e3 * deviation(25.4 * x, way == '+'):.3f},{way},{x}"
+        for k, (x, way) in enumerate((0.12 * k, way) for k in range(1, 26) for way in "+-")
+    ]
+    head = "Temperature [C],Error (µm),direction,position_in"
+    file.write_text("\n".join([head, *rows]), encoding="utf-8")
+    words = ("calibration", file, "--machine", SCREW, "--out", out)
+    done = command("identify", *words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "bidirectional accuracy" in done.stdout and "reversal: -12" in done.stdout
+    first, last = done.stdout.split("going up and down [um]\n")[1].split("\n")[:2]
+    assert [round(float(cell)) for cell in first.split()[1:]] == [-6, 6]
+    assert float(last.split()[1]) - float(first.split()[1]) == pytest.approx(8.0, abs=0.6)
+    with_it = tmp_path / "machine.toml"
+    text = f'include = "out/calibration.toml"\n{SCREW.read_text(encoding="utf-8")}'
+    with_it.write_text(text, encoding="utf-8")
+    correction = compositions.load(with_it)[1].correction
+    assert correction.waves[0] == pytest.approx(4e-6, rel=0.02)
+    assert correction.temperature == pytest.approx(21.1, abs=0.01)
+
+
+def test_angles_are_read_in_seconds_of_arc(tmp_path: Path) -> None:
+    machine, file = tmp_path / "table.toml", tmp_path / "polygon.csv"
+    machine.write_text('machine = "rotary"\n[drive]\nratio = 1.0\n', encoding="utf-8")
+    rows = [f"{k % 2 * 2 - 1},{10 * k},3.6" for k in range(8)]
+    file.write_text("\n".join(["direction,position_deg,error_arcsec", *rows]), encoding="utf-8")
+    found = by_hand.read(file, ready(machine))
+    assert found.deviation[:, 0] == pytest.approx(math.radians(1e-3))
+    assert found.target[7, 0] == pytest.approx(math.radians(70.0))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -78,6 +113,7 @@ def test_errors_with_directions_and_temperatures_are_read_too(tmp_path: Path) ->
         ("position_mm,direction,error_um\n1,up,two", "error_um"),
         ("position_mm,direction,error_um\n1,up,2", "1 readings"),
         ("position_kg,direction,error_um\n1,up,2", "position_kg"),
+        ("position_mm,direction,error\n1,up,2", "error: 'no unit'; accepted: a unit"),
     ],
 )
 def test_what_cannot_be_read_is_named(tmp_path: Path, text: str, words: str) -> None:

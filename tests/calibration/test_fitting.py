@@ -37,7 +37,7 @@ def data(seed: int, noise: float = 0.1e-6, drift: float = 0.0) -> fitting.Data:
     off = 8e-6 * np.sin(2.0 * math.pi * x / 4e-3) - 20e-6 * (flank - 0.5) + 3e-4 * (x - 0.05)
     off += 10e-6 * np.sin(15.0 * x) + drift * t + noise * random.standard_normal(len(x))
     nothing = np.full(len(x), np.nan)
-    return fitting.Data(0.0, 0.2, x, off, flank, t, nothing, None, (0.0, 1.0), x)
+    return fitting.Data(0.0, 0.2, x, off, flank, t, nothing, None, (0.0, 1.0), x, x)
 
 
 def test_what_a_screw_does_is_found_whatever_the_reference_drifts() -> None:
@@ -48,6 +48,34 @@ def test_what_a_screw_does_is_found_whatever_the_reference_drifts() -> None:
         assert known["periodic error"].value == pytest.approx(8e-6, abs=0.2e-6)
         assert found.residual < 0.3e-6 and found.model.period == 4e-3
         assert found.model.time == 0.0
+
+
+def test_what_repeats_does_so_along_the_drive() -> None:
+    """The load lies half the backlash further on its upper flank, where the pitch error differs."""
+    made = data(6)
+    share = made.flank - 0.5
+    off = -60e-6 * share + 30e-6 * np.sin(2.0 * math.pi * (made.x - 60e-6 * share) / 4e-3)
+    noise = 0.1e-6 * np.random.default_rng(7).standard_normal(len(off))
+    found = fitting.fit(made._replace(deviation=off + noise), [4e-3])
+    assert found.residual < 0.15e-6
+    p = found.correction
+    load = correction.Load(0.1, 1.0)
+    tables = correction.tables(p, load)
+    for x, flank, wanted in zip(made.x, made.flank, off, strict=True):
+        value, *_ = correction.deviation(tables, x, flank, 0.0)
+        assert value == pytest.approx(wanted, abs=0.2e-6)
+
+
+def test_readings_scatter_more_than_a_fit_of_few_leaves() -> None:
+    """What is left at positions of the fit is less than at others, by its degrees of freedom."""
+    made = data(8, noise=1e-6)
+    few = np.arange(0, len(made.x), 20)
+    small = made._replace(**{name: getattr(made, name)[few] for name in _COLUMNS})
+    found = fitting.fit(small, [4e-3])
+    assert np.std(found.scatter) > 1.1 * np.std(found.left)
+
+
+_COLUMNS = ("x", "deviation", "flank", "t", "temperature", "target", "on_drive")
 
 
 @pytest.mark.parametrize("constant", [40.0, 150.0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
@@ -14,19 +14,22 @@ from macromicro.calibration.measuring import Readings
 from macromicro.calibration.procedure import Request
 from macromicro.calibration.targets import Visits
 from macromicro.errors import InputError, ProblemError
+from macromicro.files import naming
 from macromicro.machines import composite
 from macromicro.machines.machine import Machine
 from macromicro.place import Place
 from macromicro.schema import csv_rows
 from macromicro.schema.text import printable, read_text, write_text
+from macromicro.units import alike
 from macromicro.units import quantity as parsed
 
-WAYS = {"up": 1.0, "1": 1.0, "+1": 1.0, "down": -1.0, "-1": -1.0}
+WAYS = {"up": 1.0, "+": 1.0, "1": 1.0, "+1": 1.0, "down": -1.0, "-": -1.0, "-1": -1.0}
 LEAST = 6  # readings
 _ACCEPTED = (
     "columns position_mm, direction (up or down), and reference_mm or error_um; "
     "run and temperature_degC may follow"
 )
+_PLAIN = ("run", "direction")  # columns without a unit
 
 
 def visits(request: Request) -> Visits:
@@ -72,52 +75,67 @@ def read(path: Path, request: Request) -> Readings:
     return _of_plane(path, request)
 
 
-def _units(names: list[str], known: Sequence[str], place: Place, where: str) -> dict[str, Column]:
-    """The columns of some quantities, with their scales: ``position_mm``, ``x_error_um``."""
-    units = {}
-    for name in names:
-        quantity, _, unit = name.rpartition("_")
-        if quantity in known:
-            scale = parsed(f"1 {unit}", place.base, f"{where}, {name}", place.unit)
-            units[quantity] = Column(name, scale)
-    return units
-
-
 class Column(NamedTuple):
-    name: str
+    name: str  # as the heading has it
     scale: float
 
     def of(self, row: csv_rows.Row) -> float:
         return self.scale * csv_rows.number(row.cells[self.name], f"{row.where}, {self.name}")
 
 
+def _columns(headings: list[str], units: Mapping[str, str], where: str) -> dict[str, Column]:
+    """The columns by quantity: of `position_mm`, `Position [in]`, `x_error (um)`.
+
+    `units` are those in which quantities are stored.
+    """
+    found = {}
+    for heading in headings:
+        quantity, unit = naming.parted(heading)
+        if not unit:
+            before, _, after = heading.rpartition("_")
+            if unit := naming.spelled(after):  # "in", no unit in other files
+                quantity = before
+        quantity = quantity.lower().replace(" ", "_")
+        if quantity in _PLAIN:
+            found[quantity] = Column(heading, 1.0)
+        elif quantity in units:
+            named = f"{where}, {heading}"
+            if not unit:
+                accepted = f"a unit behind the name: {', '.join(alike(units[quantity]))}"
+                raise InputError(named, "no unit", accepted)
+            found[quantity] = Column(heading, parsed(f"1 {unit}", units[quantity], named))
+    return found
+
+
 def _of_one(path: Path, request: Request) -> Readings:
     place, file = _alone(request), printable(path, 300)
-    units: dict[str, Column] = {}
+    units = dict.fromkeys(("position", "reference", "error"), place.base) | {"temperature": "degC"}
+    columns: dict[str, Column] = {}
 
-    def header(names: list[str], where: str) -> None:
-        units.update(_units(names, ("position", "reference", "error"), place, where))
-        if "position" not in units or "direction" not in names or len(units) < 2:
-            raise InputError(where, printable(", ".join(names)), _ACCEPTED)
+    def header(headings: list[str], where: str) -> None:
+        columns.update(_columns(headings, units, where))
+        errors = {"reference", "error"} & set(columns)
+        if not errors or not {"position", "direction"} <= set(columns):
+            raise InputError(where, printable(", ".join(headings)), _ACCEPTED)
 
     rows: list[tuple[float, ...]] = []
     for row in csv_rows.table(read_text(path, "readings (.csv)"), file, header, _ACCEPTED):
-        what = "reference" if "reference" in units else "error"
-        if not row.cells[units[what].name]:
+        cells = {quantity: row.cells[column.name] for quantity, column in columns.items()}
+        what = "reference" if "reference" in columns else "error"
+        if not cells[what]:
             continue
-        way = WAYS.get(row.cells["direction"].lower())
+        way = WAYS.get(cells["direction"].lower())
         if way is None:
-            found = printable(row.cells["direction"])
-            raise InputError(f"{row.where}, direction", found, "up or down")
-        target, value = units["position"].of(row), units[what].of(row)
-        degrees = row.cells.get("temperature_degC", "")
+            where = f"{row.where}, {columns['direction'].name}"
+            raise InputError(where, printable(cells["direction"]), "up or down")
+        target, value = columns["position"].of(row), columns[what].of(row)
         rows.append(
             (
-                float(row.cells.get("run") or 1),
+                columns["run"].of(row) if cells.get("run") else 1.0,
                 way,
                 target,
                 value if what == "reference" else target + value,
-                csv_rows.number(degrees, f"{row.where}, temperature_degC") if degrees else math.nan,
+                columns["temperature"].of(row) if cells.get("temperature") else math.nan,
             )
         )
     return _readings(rows, file)
@@ -129,15 +147,15 @@ def _of_plane(path: Path, request: Request) -> Readings:
     place = composite.places(request.machine)[0]
     wanted = (*names, *(f"{name}_error" for name in names))
     accepted = f"columns {', '.join(f'{each}_{place.unit}' for each in wanted)}"
-    units: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
 
-    def header(columns: list[str], where: str) -> None:
-        units.update(_units(columns, wanted, place, where))
-        if len(units) < len(wanted):
-            raise InputError(where, printable(", ".join(columns)), accepted)
+    def header(headings: list[str], where: str) -> None:
+        columns.update(_columns(headings, dict.fromkeys(wanted, place.base), where))
+        if not set(wanted) <= set(columns):
+            raise InputError(where, printable(", ".join(headings)), accepted)
 
     table = csv_rows.table(read_text(path, "readings (.csv)"), file, header, accepted)
-    rows = np.array([[units[each].of(row) for each in wanted] for row in table])
+    rows = np.array([[columns[each].of(row) for each in wanted] for row in table])
     if len(rows) < LEAST:
         raise ProblemError(file, f"{len(rows)} readings", f"Give {LEAST} or more over both axes.")
     both = np.concatenate([rows, rows])  # for either direction

@@ -114,7 +114,20 @@ def text(found: Calibration) -> str:
         f"{place.fines * turn.after:.3g} {place.fine} after"
         for name, place, turn in _turns(found)
     ]
+    if found.measured is found.before:
+        lines += _tables(found)
     return "\n".join([*lines, *found.remarks])
+
+
+def _tables(found: Calibration) -> Iterable[str]:
+    """The fitted deviations; those of a wave or another axis come on top."""
+    for axis, place in _each(found):
+        p = axis.correction
+        name = f"{axis.name} " if axis.name else ""
+        yield f"{name}position [{place.unit}]   true less read, going up and down [{place.fine}]"
+        places = np.linspace(p.low, p.high, len(p.up))
+        for where, up, down in zip(places, p.up, p.down, strict=True):
+            yield f"{place.per * where:12.4f}{place.fines * up:12.3f}{place.fines * down:12.3f}"
 
 
 def write(out: Path, found: Calibration, kinds: Sequence[str] = drawings.DEFAULT) -> None:

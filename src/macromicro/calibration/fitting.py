@@ -19,7 +19,7 @@ BETTER = 0.97  # a larger model must predict the held-out positions so much bett
 FOLDS = 6
 TIMES = 8  # constants of a growth since the start that are tried, at most twice the duration
 WARMER = 0.5  # K; a smaller change of temperature shows no growth
-BLOCKS = 6  # of time at least, in each of which the reference may be off by as much
+BLOCKS = 15  # of time at least, in each of which the reference may be off by as much
 DRIFT = 60.0  # s between the corners of the reference's drift
 FREQUENCIES = 4  # of a spectrum, for each resolved one
 
@@ -51,6 +51,12 @@ class Fit(NamedTuple):
     residual: float  # standard deviation of what is left, m
     left: Array  # what is left of each reading, m
     apart: Array  # the same without the difference of the flanks, m
+
+    @property
+    def scatter(self) -> Array:
+        """What is left, as large as at positions that the fit has not seen, m."""
+        usual = math.sqrt(float(np.mean(self.left**2)))
+        return self.left * (self.residual / usual if usual > 0.0 else 1.0)
 
 
 def basis(low: float, high: float, size: int, x: Array) -> Array:
@@ -102,13 +108,14 @@ class Data(NamedTuple):
     other: Array | None  # readings of the other axis
     other_span: tuple[float, float]
     target: Array
+    on_drive: Array  # where the load lies on its drive, of which a wave is a function, m
 
 
 def _columns(data: Data, model: Model) -> _Columns:
     parts: dict[str, Array] = {"table": basis(data.low, data.high, model.size, data.x)}
     parts["gap"] = (data.flank - 0.5)[:, None] * _gap(data, model, data.x)
     if model.period > 0.0:
-        parts["waves"] = waves(model.period, data.x)
+        parts["waves"] = waves(model.period, data.on_drive)
     if model.across and data.other is not None:
         whole = basis(*data.other_span, model.across, data.other)
         parts["across"] = whole[:, 1:]  # its first value is 0: the table has the constant
@@ -117,7 +124,8 @@ def _columns(data: Data, model: Model) -> _Columns:
         parts["growth"] = (degrees * data.x)[:, None]  # from the place 0
     if model.time > 0.0:
         parts["warming"] = ((1.0 - np.exp(-data.t / model.time)) * data.x)[:, None]
-    parts["drift"] = _drift(data.t)
+    if data.t[-1] > 0.0:  # readings of a file have no times
+        parts["drift"] = _drift(data.t)
     edges = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
     spans = {name: slice(*edge) for name, edge in zip(parts, pairwise(edges), strict=True)}
     return _Columns(np.concatenate(list(parts.values()), axis=1), spans)
@@ -216,7 +224,7 @@ def _spectrum(data: Data, model: Model) -> list[float]:
     left = data.deviation - columns.matrix @ solved(columns.matrix, data.deviation)
     length, places = data.high - data.low, len(np.unique(data.target))
     cycles = np.arange(2.0 * FREQUENCIES, 2.0 * places * FREQUENCIES) / FREQUENCIES
-    return [strongest(data.x, left, length, cycles)]
+    return [strongest(data.on_drive, left, length, cycles)]
 
 
 def strongest(x: Array, left: Array, length: float, cycles: Array) -> float:
@@ -245,7 +253,9 @@ def _refined(x: Array, left: Array, length: float, cycles: float) -> float:
 
 def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     """The correction of one stage; `periods` are those that its drive suggests, m."""
+    data = _on_drive(data, Model(2, 1, 0.0, 2 if data.other is not None else 0, False))
     model = chosen(data, periods)
+    data = _on_drive(data, model)
     columns = _columns(data, model)
     found = solved(columns.matrix, data.deviation)
     left = data.deviation - columns.matrix @ found
@@ -255,7 +265,7 @@ def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     if model.time > 0.0:  # that constant is a parameter as well
         slower = data.t * np.exp(-data.t / model.time) * data.x
         matrix = np.column_stack((matrix, slower / model.time))
-    errors = _errors(data, matrix, left)
+    errors = _errors(data, matrix)
     changes = _changes(data, model, columns, found, other)
     return Fit(
         model,
@@ -267,6 +277,15 @@ def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     )
 
 
+def _on_drive(data: Data, model: Model) -> Data:
+    """The readings with their places on the drive, by the tables of a fit."""
+    columns = _columns(data, model)
+    found = solved(columns.matrix, data.deviation)
+    parts = [columns.parts[name] for name in ("table", "gap")]
+    table, gap = (columns.matrix[:, part] @ found[part] for part in parts)
+    return data._replace(on_drive=data.x + table + gap)
+
+
 def _rounded(value: Any) -> Any:
     """Numbers as a file should have them: six digits."""
     if isinstance(value, tuple):
@@ -274,28 +293,23 @@ def _rounded(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def _errors(data: Data, matrix: Array, left: Array) -> Array:
-    """Standard errors, the largest of three.
+def _errors(data: Data, matrix: Array) -> Array:
+    """Standard errors.
 
-    What is left is alike at one position, or for some time (the reference drifts), or it is noise.
+    What is left is alike at one position, and for some time, as the reference drifts.
     """
-    bread = np.asarray(np.linalg.pinv(matrix.T @ matrix), dtype=np.float64)
-    places = np.searchsorted(np.unique(data.target), data.target)
+    places = np.unique(data.target, return_inverse=True)[1]
     blocks = max(round(float(data.t[-1]) / DRIFT), BLOCKS)
-    times = np.arange(len(left)) * blocks // len(left)
-    alike = [_by_groups(bread, matrix, left, groups) for groups in (places, times)]
-    apart = np.diag(bread) * np.sum(left**2) / max(len(left) - matrix.shape[1], 1)
-    return np.asarray(np.sqrt(np.maximum.reduce([*alike, apart])))
+    times = np.arange(len(places)) * blocks // len(places)
+    variances = [_jackknife(matrix, data.deviation, groups) for groups in (places, times)]
+    return np.asarray(np.sqrt(variances[0] + variances[1]))
 
 
-def _by_groups(bread: Array, matrix: Array, left: Array, groups: Any) -> Array:
-    """Variances by clusters."""
-    meat, count = np.zeros_like(bread), int(groups.max()) + 1
-    for group in range(count):
-        rows = groups == group
-        score = matrix[rows].T @ left[rows]
-        meat += np.outer(score, score)
-    return np.asarray(np.diag(bread @ meat @ bread) * count / max(count - 1, 1))
+def _jackknife(matrix: Array, wanted: Array, groups: Any) -> Array:
+    """Variances by fits that leave out one group of readings each."""
+    rows = [groups != group for group in np.unique(groups)]
+    found = np.array([solved(matrix[own], wanted[own]) for own in rows])
+    return np.asarray((len(rows) - 1) * np.var(found, axis=0))
 
 
 def _changes(
@@ -371,4 +385,5 @@ def data_of(readings: Readings, stage: int, span: tuple[float, float], other: in
         readings.reading[:, other] if other >= 0 else None,
         other_span,
         readings.target[:, stage],
+        x,
     )

@@ -8,7 +8,6 @@ from datetime import date
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from macromicro.arrays import Array
 from macromicro.calibration import efforts, fitting, iso, measuring, reversals, targets
@@ -25,6 +24,7 @@ from macromicro.rig.session import Fixture
 
 POSITIONS, CHECKED = 40, 17  # along an axis; of a verification
 CHECK_RUNS = 3
+PROMISED = 0.95  # of the positions, within the half width
 PATIENCE = 1.0  # s in which a law must overcome friction at the least error that it corrects
 COUNT = 0.6  # counts; one of them always lies so near a set point
 _PASSES = 3  # slow passes: as it is, and corrected once and again: the last one only judges
@@ -106,7 +106,7 @@ def from_readings(request: Request, given: Readings) -> Calibration:
     machine, settings = uncorrected(request.machine, request.settings)
     fits = fitted(machine, settings, given, request.periods)
     _, settings = corrected(machine, settings, [f.correction for f in fits.values()])
-    left = np.stack([fit.left for fit in fits.values()], axis=1)
+    left = np.stack([fit.scatter for fit in fits.values()], axis=1)
     after = given._replace(reference=given.target + left)
     found = judged(request, machine, settings, fits, (given, given, after))
     words = 'not verified: "after" is what the correction leaves of the same readings'
@@ -249,13 +249,12 @@ def judged(
 
 
 def half_width(deviation: Array) -> float:
-    """Half width that 95 of 100 positions keep, from deviations of independent positions.
+    """Half width that 95 of 100 positions keep: a quantile, whatever the deviations' distribution.
 
-    Where a few positions are far worse than the others, the worst of them.
+    It is the expected one of all positions, so of fewer than 19 readings the greatest.
     """
-    factor = float(stats.t.ppf(0.975, len(deviation)))
-    usual, worst = factor * math.sqrt(float(np.mean(deviation**2))), np.max(np.abs(deviation))
-    return float(f"{max(usual, float(worst)):.4g}")
+    found = np.quantile(np.abs(deviation), PROMISED, method="weibull")
+    return float(f"{float(found):.4g}")
 
 
 def remarks(axes: list[Axis]) -> list[str]:

@@ -21,6 +21,15 @@ if TYPE_CHECKING:
 OUT = Path("results/calibrate")
 WRONG = 1  # exit code of a calibration that no longer holds
 
+Period = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="LENGTH",
+        help="Length after which an error may repeat, such as '2 mm'; may be repeated.",
+        show_default="those of the drive",
+    ),
+]
+
 
 def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     config: Annotated[
@@ -44,14 +53,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     runs: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Runs in both directions.")
     ] = 5,
-    period: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LENGTH",
-            help="Length after which an error may repeat, such as '2 mm'; may be repeated.",
-            show_default="those of the drive",
-        ),
-    ] = None,
+    period: Period = None,
     cogging: Annotated[
         bool,
         typer.Option("--cogging", help="Learn efforts along the travel as well, by slow passes."),

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from macromicro.commands.calibrate import OUT, Period, calibrate
 from macromicro.commands.group import Group
-from macromicro.commands.options import Json, Overwrite
+from macromicro.commands.options import Json, Overwrite, folder_option
 from macromicro.commands.signals import Signals
 from macromicro.commands.streams import warned
 
@@ -313,6 +314,34 @@ def plays(
 
     The loop is measured over time and must not saturate.
     """
+
+
+@app.command()
+def calibration(
+    readings: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Readings (CSV).", show_default=False)
+    ],
+    machine: Annotated[
+        Path, typer.Option(metavar="FILE", help="Machine file.", show_default=False)
+    ],
+    period: Period = None,
+    out: Annotated[Path | None, folder_option(OUT)] = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """A stage's corrections (columns position, direction, error).
+
+    They come from another instrument, with units in the headings, such as error_um. A temperature
+    may follow. It writes the calibration.toml that `calibrate` writes, without a verification.
+    """
+    calibrate(
+        machine,
+        readings=readings,
+        period=period,
+        out=out,
+        overwrite=overwrite,
+        as_json=as_json,
+    )
 
 
 def _timed(columns: list[str] | None, rate: str | None) -> list[str]:

@@ -332,14 +332,21 @@ def deviation(
     share: Annotated[float, Meaning("of the upper flank", "1")],
     grown: Annotated[float, Meaning("by which it has grown", "1")],
 ) -> tuple[float, float, float, float]:
-    """Deviation at a reading, its slope and curvature, and the upper flank's less the lower's."""
+    """Deviation at a reading, its slope and curvature, and its change from flank to flank.
+
+    What repeats does so along the drive, on which the load lies further up on its upper flank.
+    """
     up, up_slope, up_bend = curve(p.low, p.step, p.up, r)
     down, down_slope, down_bend = curve(p.low, p.step, p.down, r)
-    value, slope, bend = wave(p.period, p.waves, r)
-    value += grown * (r - p.fixed) + share * up + (1.0 - share) * down
-    slope += grown + share * up_slope + (1.0 - share) * down_slope
-    bend += share * up_bend + (1.0 - share) * down_bend
-    return value, slope, bend, up - down
+    value = share * up + (1.0 - share) * down
+    slope = share * up_slope + (1.0 - share) * down_slope
+    bend = share * up_bend + (1.0 - share) * down_bend
+    more, steep, curved = wave(p.period, p.waves, r + value)
+    along = 1.0 + slope  # of the place on the drive, per reading
+    value += grown * (r - p.fixed) + more
+    slope += grown + steep * along
+    bend += steep * bend + curved * along * along
+    return value, slope, bend, (up - down) * (1.0 + steep)
 
 
 @kernel
