@@ -245,9 +245,12 @@ def _decimated(column: Array, factor: int) -> Array:
     """Every `factor`-th value behind a zero-phase low-pass, without the filter's ends."""
     if factor == 1:
         return column
-    from scipy.signal import oaconvolve
+    from scipy.signal import upfirdn
 
-    return np.asarray(oaconvolve(column, _taps(factor), mode="valid")[::factor])
+    taps = _taps(factor)
+    skipped = len(taps) // factor
+    count = (len(column) - len(taps)) // factor + 1
+    return np.asarray(upfirdn(taps, column, down=factor)[skipped : skipped + count])
 
 
 @lru_cache(maxsize=8)
