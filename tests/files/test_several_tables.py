@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from macromicro.files.reading import read
 from macromicro.files.table import Table
 
 
-def rows(*columns: list[float], mark: str = ",") -> str:
+def rows(*columns: Sequence[float | str], mark: str = ",") -> str:
     return "".join(mark.join(map(str, row)) + "\n" for row in zip(*columns, strict=True))
 
 
@@ -66,15 +67,56 @@ def test_words_between_rows_are_no_heading(tmp_path: Path) -> None:
         assert np.nansum(found.columns["u"]) == 3.0 * sum(U)
 
 
-def test_a_large_text_whose_columns_change_their_order_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_large_text_is_searched_for_headings_to_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, encoding: str
 ) -> None:
-    """Beyond what is searched for headings."""
-    monkeypatch.setattr(_text, "_WHOLE", 100)
-    monkeypatch.setattr(_text, "SAMPLE", 100)
-    text = "t,u,x\n" + rows(*([v] * 20 for v in (1.0, 2.0, 3.0))) + "x,u,t\n" + rows(X, U, T)
-    with pytest.raises(InputError, match="line 22: the columns change their order"):
-        table(tmp_path, text).several(["u"])
+    """Far behind what is looked at first, of a text whose lines are not all kept."""
+    for name, size in (("_WHOLE", 1000), ("SAMPLE", 400), ("_NEAR", 110)):
+        monkeypatch.setattr(_text, name, size)
+    first = [[float(k + j) for k in range(1000)] for j in range(3)]
+    text = "t_s,u_V,x_mm\n" + rows(*first) + "motor off\n" + "x_mm,u_V,t_s\n" + rows(X, U, T)
+    path = tmp_path / "a.csv"
+    path.write_text(text + "\nf_Hz,gain_dB\n" + rows(T, X), encoding=encoding)
+    found = read(path)
+    assert list(found.columns) == ["t_s", "u_V", "x_mm", "2.f_Hz", "2.gain_dB"]
+    values = found.several(list(found.columns))
+    for name, begin, end in zip(("t_s", "u_V", "x_mm"), first, (T, U, X), strict=True):
+        assert values[name].tolist() == begin + end
+    assert values["2.f_Hz"].tolist() == T and values["2.gain_dB"].tolist() == X
+
+
+SEGMENT = """
+Channels\t2
+Samples\t3\t3
+Y_Unit_Label\tVolts\tmm
+X0\t{begin}\t{begin}
+Delta_X\t0.5\t0.5
+***End_of_Header***
+X_Value\t{names}\tComment
+"""
+
+
+@pytest.mark.parametrize("given", ["One", "No"])
+def test_segments_of_labview_are_one_after_the_other(tmp_path: Path, given: str) -> None:
+    """Each with its own first time, in its rows or its header; others have other channels."""
+    text = f"LabVIEW Measurement\nX_Columns\t{given}\n***End_of_Header***\n"
+    for begin in (0.0, 10.0):
+        text += SEGMENT.format(begin=begin, names="drive\tplace")
+        times = [f"{begin + t}" if given == "One" else "" for t in T[:3]]
+        text += rows(times, U[:3], X[:3], mark="\t")
+    path = tmp_path / "a.lvm"
+    path.write_text(text)
+    found = read(path)
+    values = found.several(["X_Value", "drive", "place"])
+    assert values["X_Value"].tolist() == [0.0, 0.5, 1.0, 10.0, 10.5, 11.0]
+    assert values["drive"].tolist() == U[:3] * 2 and values["place"].tolist() == X[:3] * 2
+    assert found.units == {"X_Value": "s", "drive": "V", "place": "mm"}
+    path.write_text(text + SEGMENT.format(begin=0.0, names="load\tplace"))  # cut off
+    assert read(path).columns["drive"].tolist() == U[:3] * 2
+    path.write_text(path.read_text() + rows([""] * 2, U[:2], X[:2], mark="\t"))
+    with pytest.warns(UnreadLinesWarning, match="columns of others are called 2.X_Value"):
+        assert read(path).columns["2.load"].tolist() == U[:2]
 
 
 @given(

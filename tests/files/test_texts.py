@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.files._layout import MISSING, layouts
+from macromicro.files._layout import MISSING, layouts, split
 from macromicro.files._text import UnreadLinesWarning, pieces
 from macromicro.files.reading import read
 from macromicro.files.table import Table
@@ -194,7 +194,7 @@ def test_pieces_of_any_size_make_the_same_rows(
     text = "t u x" + end + "".join(f"{a}{k}{b}{k + 0.5}{c}{-k}{d}{end}" for k in range(9))
     path = tmp_path_factory.mktemp("pieces") / "a.txt"
     path.write_bytes(text.encode())
-    (layout,) = layouts(path.read_bytes(), True, "a")
+    (layout,) = layouts(split(path.read_bytes(), True, "a"), "a")
     made = b"".join(pieces(path, layout, lambda _: None, size))
     assert [line.split(b" ") for line in made.splitlines()] == [
         f"{k} {k + 0.5} {-k}".encode().split() for k in range(9)

@@ -36,7 +36,7 @@ _ROWS = 2  # of a table below a further heading, at least
 _TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
-_HEADER_END = "***End_of_Header***"
+_HEADER_END = "***End_of_Header***"  # of LabVIEW; one above each of its segments
 _BOMS = {
     codecs.BOM_UTF8: "utf-8-sig",
     codecs.BOM_UTF16_LE: "utf-16",
@@ -44,7 +44,8 @@ _BOMS = {
 }
 ACCEPTED = "text in UTF-8, UTF-16 or Latin-1"
 HEADING = "a heading with the columns' names, such as t_s,u_V,x_mm"
-_WORDED = re.compile(r"[\s\"'#%\[(<]*[^\W\d_]")  # a line that begins with a letter
+WORDED = r"[\s\"'#%\[(<]*[^\W\d_]"  # a line that begins with a letter
+_WORDED = re.compile(WORDED)
 
 
 def cells(line: str, mark: str) -> list[str]:
@@ -102,6 +103,7 @@ class Part(NamedTuple):
     end: int  # lines before what follows it
     names: tuple[str, ...]  # in the order of its cells
     rows: int = 0  # roughly
+    before: tuple[str, ...] = ()  # the lines above its first row
 
 
 class Layout(NamedTuple):
@@ -118,8 +120,16 @@ class Layout(NamedTuple):
     parts: tuple[Part, ...] = ()  # its rows, in a text of several headings; empty: all below
 
 
-def layouts(content: bytes, whole: bool, where: str) -> list[Layout]:
-    """Layout of each table of a text, the one of most rows first."""
+class Lines(NamedTuple):
+    """Lines of a text, or of its beginning."""
+
+    lines: list[str]
+    encoding: str
+    returns: bool  # they end with a carriage return alone
+    whole: bool  # these are all of them
+
+
+def split(content: bytes, whole: bool, where: str) -> Lines:
     encoding = encoded(content[:SAMPLE], where)
     text = content.decode(encoding, errors="replace")
     if junk := _JUNK.search(text, 0, SAMPLE):
@@ -134,42 +144,50 @@ def layouts(content: bytes, whole: bool, where: str) -> list[Layout]:
     returns = "\n" not in text and "\r" in text.rstrip("\r")
     lines = text.split("\r" if returns else "\n")
     lines = [line.rstrip("\r") for line in (lines if whole else lines[:-1])]
+    return Lines(lines, encoding, returns, whole)
+
+
+def layouts(text: Lines, where: str) -> list[Layout]:
+    """Layout of each table of a text, the one of most rows first."""
+    lines = text.lines
     # LabVIEW says where its headers end; they hold rows of numbers, too.
     ends = [k for k, line in enumerate(lines) if line.startswith(_HEADER_END)]
     begin = ends[-1] + 1 if ends else 0
-    found = [] if ends else _tables(lines, where, encoding)
+    marks, spans = _segments(lines, ends) if ends else _beginnings(lines)
+    found = _tables(text, spans, marks, where) if len(spans) > 1 else []
     if not found:
-        laid = _laid(lines, begin, len(lines), where, encoding)
-        return [laid._replace(returns=returns, before=tuple(lines[: laid.lines]))]
-    if not whole:  # rows go on
+        laid = _laid(lines, begin, len(lines), where, text.encoding)
+        return [laid._replace(returns=text.returns, before=tuple(lines[: laid.lines]))]
+    if not text.whole:  # rows go on
         for k, one in enumerate(found):
             *others, last = one.parts
             if last.end == len(lines):
                 found[k] = one._replace(parts=(*others, last._replace(end=sys.maxsize)))
     found.sort(key=lambda one: -sum(part.rows for part in one.parts))
-    return [one._replace(returns=returns) for one in found]
+    return [one._replace(returns=text.returns) for one in found]
 
 
-def _tables(lines: list[str], where: str, encoding: str) -> list[Layout]:
+def _tables(
+    text: Lines, spans: Sequence[tuple[int, int]], marks: Sequence[str], where: str
+) -> list[Layout]:
     """Tables of a text with several headings; parts with the same columns are one table."""
-    mark, begins = _beginnings(lines)
     found: list[Layout] = []
-    for first, end in pairwise([*begins, len(lines)] if begins[1:] else []):
+    lines, above = text.lines, 0  # where the rows of the table above end
+    for first, end in spans:
         try:
-            laid = _laid(lines, first, end, where, encoding, (mark,))
+            laid = _laid(lines, first, end, where, text.encoding, marks)
         except InputError:  # a title alone, or words
             continue
-        below = lines[laid.lines : end]
-        while end < len(lines) and (not below[-1].strip() or _WORDED.match(below[-1])):
-            below.pop()  # empty, or a title of the next table
-        rows = sum(bool(line.strip()) for line in below)
-        part = Part(laid.lines, laid.lines + len(below), laid.names, rows)
-        before = (*(found[0].before if found else ()), *laid.before)
+        last = _trimmed(lines, laid.lines, end)
+        rows = sum(bool(line.strip()) for line in lines[laid.lines : last])
+        part = Part(laid.lines, last, laid.names, rows, tuple(lines[above : laid.lines]))
+        before = (*(found[0].before if found else ()), *part.before)
+        above = last
         laid = laid._replace(before=before, parts=(part,))
         late = bool(found) and bool(lines[first - 1].strip())
         if late and not found[-1].headed and len(found[-1].names) == len(laid.names):
-            above = found.pop().parts[-1]._replace(names=laid.names)  # the heading came late
-            laid = laid._replace(parts=(above, *laid.parts))
+            headless = found.pop().parts[-1]._replace(names=laid.names)  # the heading came late
+            laid = laid._replace(parts=(headless, *laid.parts))
         same = next((k for k, one in enumerate(found) if set(one.names) == set(laid.names)), None)
         if same is None:
             found.append(laid)
@@ -178,14 +196,30 @@ def _tables(lines: list[str], where: str, encoding: str) -> list[Layout]:
     return [one for one in found if sum(part.rows for part in one.parts) >= _ROWS] or found[:1]
 
 
-def _beginnings(lines: list[str]) -> tuple[str, list[int]]:
-    """Separator, and lines where tables begin: the first one, headings below rows of numbers."""
+def _trimmed(lines: list[str], first: int, end: int) -> int:
+    """End of the rows above a further table: what is empty, or its title, is left."""
+    while first < end < len(lines) and (
+        not lines[end - 1].strip() or _WORDED.match(lines[end - 1])
+    ):
+        end -= 1
+    return end
+
+
+def _segments(lines: list[str], ends: list[int]) -> tuple[Sequence[str], list[tuple[int, int]]]:
+    """Separators to try, and the lines between the headers of a LabVIEW file."""
+    spans = [(a + 1, _trimmed(lines, a + 1, b)) for a, b in pairwise([*ends, len(lines)])]
+    *others, last = spans
+    return MARKS, [*(span for span in others if span[0] < span[1]), last]
+
+
+def _beginnings(lines: list[str]) -> tuple[Sequence[str], list[tuple[int, int]]]:
+    """Separator, and the lines of each table: the first one, headings below rows of numbers."""
     worded = [k for k, line in enumerate(lines) if _WORDED.match(line)]
     plain = [
         (0, line) for line in lines[-_MOST:] if line.strip() and line.lstrip()[0] not in REMARKS
     ]
     if not worded or not plain:
-        return "", []
+        return MARKS, []
     mark, _ = parting(plain)
     number_first = re.compile(rf"(?:^|{re.escape(mark)})\s*[-+.]?\d")
     begins, known, row = [0], frozenset[str](), 0  # the line behind the last heading
@@ -206,7 +240,7 @@ def _beginnings(lines: list[str]) -> tuple[str, list[int]]:
             begins.append(k)
         if sure or not rows:
             known, row = frozenset(names), k + 1
-    return mark, begins
+    return (mark,), list(pairwise([*begins, len(lines)]))
 
 
 def _heading(lines: list[str], k: int, mark: str) -> list[str]:

@@ -25,17 +25,22 @@ from macromicro.files._layout import (
     SAMPLE,
     TEXT,
     TIME,
+    WORDED,
     Layout,
+    Lines,
     Part,
     cells,
     layouts,
     number,
+    split,
 )
 from macromicro.files._progress import bar
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
 
-_WHOLE = 1 << 22  # bytes: a larger text is searched for further headings in its sample only
+_WHOLE = 1 << 22  # bytes: of a larger text only the lines near headings are kept
+_NUMERIC = b'0123456789+-.,;:|eE"\t\r\n '  # characters of rows of numbers
+_NEAR = 6000  # lines below a heading, and above the next one
 _BLOCK = 1 << 20  # bytes that are parsed at a time; of larger ones more stays with the process
 _SAMPLING = re.compile(r"sampl|rate|frequency|abtast", re.IGNORECASE)
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
@@ -44,6 +49,7 @@ _SIZE = {"hz": 1.0, "khz": 1e3}
 _SPACES, _DOT = bytes.maketrans(b"\t\r", b"  "), bytes.maketrans(b",", b".")
 _MOST_UNREAD = 0.5  # lines or cells per row
 _X = "X_Value"  # LabVIEW's column of times
+PART = "\n"  # asks for the number of the part that each row is of
 Item = TypeVar("Item")
 
 
@@ -56,7 +62,10 @@ def table(path: Path, where: str) -> Table:
     with path.open("rb") as file:
         sample = file.read(_WHOLE + 1)
     whole = len(sample) <= _WHOLE
-    found = layouts(sample if whole else sample[:SAMPLE], whole, where)
+    lines = split(sample if whole else sample[:SAMPLE], whole, where)
+    found = layouts(lines, where)
+    if not whole and _has_words(path, found[0]):
+        found = layouts(_outline(path, lines), where)
     first = _one(path, where, found[0])
     if len(found) == 1:
         return first
@@ -94,6 +103,36 @@ def table(path: Path, where: str) -> Table:
     )
 
 
+def _has_words(path: Path, layout: Layout) -> bool:
+    """Whether a line behind the sample might be a heading: words without a number in a cell."""
+    words = rf"[\r\n](?!\s*(?:nan|inf)){WORDED}(?!.*{re.escape(layout.mark)}\s*[-+.]?\d)"
+    heading = re.compile(words, re.IGNORECASE)
+    decoder = codecs.getincrementaldecoder(layout.encoding)("replace")
+    with path.open("rb") as file:
+        rest = decoder.decode(file.read(SAMPLE))[-1:]  # later the line that a block ends with
+        while raw := file.read(_BLOCK):
+            block = rest + decoder.decode(raw)
+            if raw.translate(None, _NUMERIC) and heading.search(block):
+                return True
+            rest = block[max(block.rfind("\n"), block.rfind("\r")) :]
+    return False
+
+
+def _outline(path: Path, text: Lines) -> Lines:
+    """Lines of a large text, where rows far from a heading repeat earlier ones to save memory."""
+    worded = re.compile(WORDED)
+    lines: list[str] = []
+    rows = 0  # since the last line of words
+    end = "\r" if text.returns else "\n"
+    with path.open(encoding=text.encoding, errors="replace", newline=end) as file:
+        for line in file:
+            lines.append(line.rstrip("\r\n"))
+            rows = 0 if worded.match(line) else rows + 1
+            if rows > 2 * _NEAR:
+                lines[-_NEAR] = lines[-2 * _NEAR]
+    return text._replace(lines=lines, whole=True)
+
+
 def _one(path: Path, where: str, layout: Layout) -> Table:
     names, doubtful = list(layout.names), {}
     for name in dict.fromkeys(names):
@@ -106,10 +145,14 @@ def _one(path: Path, where: str, layout: Layout) -> Table:
         if kind == TIME:
             units[name], reasons[name] = "s", naming.DATES
     note = "" if layout.headed else f"there is no heading ({HEADING}): columns are called 1, 2, ..."
-    made = Columns(names, lambda wanted: columns(path, where, layout, wanted))
+
+    def read(wanted: Sequence[str]) -> dict[str, Array]:
+        return columns(path, where, layout, wanted)
+
     words = tuple(n for n, kind in zip(names, layout.kinds, strict=True) if kind in (TEXT, EMPTY))
-    found = Table(where, made, units, {}, reasons, doubtful, words, note, _rate(layout.before))
-    return _labview(found, layout.before)
+    rate = _rate(layout.before)
+    found = Table(where, Columns(names, read), units, {}, reasons, doubtful, words, note, rate)
+    return _labview(found, layout, read)
 
 
 def _rate(lines: Sequence[str]) -> float:
@@ -120,47 +163,65 @@ def _rate(lines: Sequence[str]) -> float:
     return math.nan
 
 
-def _labview(table: Table, before: Sequence[str]) -> Table:
-    """A text's table completed by its LabVIEW header: units, and times by their step."""
+def _labview(
+    table: Table, layout: Layout, read: Callable[[Sequence[str]], dict[str, Array]]
+) -> Table:
+    """A text's table completed by its LabVIEW headers: units, and times by their steps."""
+    before = layout.before
     if not before or not before[0].startswith("LabVIEW Measurement"):
         return table
-    said = {}
-    for line in before:
-        key, _, rest = line.partition("\t")
-        said[key] = [cell.strip() for cell in rest.split("\t")]
+    said = _header(before)
     units, reasons = dict(table.units), dict(table.reasons)
     channels = [name for name in table.columns if name not in (_X, "Comment")]
     for name, unit in zip(channels, said.get("Y_Unit_Label", []), strict=False):
         if good := naming.spelled(unit):
             units[name], reasons[name] = good, naming.BESIDE
-    first, step = (number(said.get(key, ["?"])[0]) or 0.0 for key in ("X0", "Delta_X"))
     if _X in table.columns:
         units[_X], reasons[_X] = "s", "LabVIEW's"
-    if said.get("X_Columns", [""])[0] != "No" or not step > 0.0:
+    segments = [_header(part.before) for part in layout.parts] or [said]
+    begins, steps = (
+        np.array([number(each.get(key, ["?"])[0]) or 0.0 for each in segments])
+        for key in ("X0", "Delta_X")
+    )
+    if said.get("X_Columns", [""])[0] != "No" or not np.all(steps > 0.0):
         return table._replace(units=units, reasons=reasons)
 
     def fetch(names: Sequence[str]) -> dict[str, Array]:
-        found = table.several([name for name in names if name != _X] or channels[:1])
-        rows = len(next(iter(found.values())))
-        return {**found, _X: first + step * np.arange(rows, dtype=np.float64)}
+        wanted = [name for name in names if name != _X] or channels[:1]
+        found = read([*wanted, PART])
+        part = found.pop(PART).astype(np.intp)
+        row = np.arange(len(part)) - np.searchsorted(part, part)  # within its segment
+        return {**found, _X: begins[part] + steps[part] * row}
 
     names = dict.fromkeys([_X, *table.columns])
     units[_X], reasons[_X] = "s", "first value and step in the header"
     return table._replace(columns=Columns(names, fetch), units=units, reasons=reasons)
 
 
+def _header(lines: Sequence[str]) -> dict[str, list[str]]:
+    """Values of a LabVIEW header by their key."""
+    said = {}
+    for line in lines:
+        key, _, rest = line.partition("\t")
+        said[key] = [cell.strip() for cell in rest.split("\t")]
+    return said
+
+
 def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:
-    """Some columns: by NumPy, else without the lines that are no rows."""
-    found = None if layout.parts else _parsed(path, layout, names)
+    """Some columns, and the part that each row is of: by NumPy, or line by line."""
+    own = [name for name in names if name != PART]
+    found = None if layout.parts else _parsed(path, layout, own)
     if found is None:
-        found = _slow(path, where, layout, names)
+        found = _slow(path, where, layout, own)
     from macromicro.files._times import seconds
 
-    for name in names:
+    for name in own:
         if layout.kinds[layout.names.index(name)] == TIME:
             found[name] = seconds(found[name], f"{where}, {printable(name)}")
-    if not len(found[names[0]]):
+    rows = len(found[own[0]])
+    if not rows:
         raise ProblemError(where, "the file has no rows", "Add rows of numbers below the heading.")
+    found.setdefault(PART, np.zeros(rows))
     return {name: found[name] for name in names}
 
 
@@ -295,15 +356,12 @@ def _slow(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[
     found: dict[str, list[Any]] = {name: [] for name in names}
     wrong: dict[str, list[tuple[int, str]]] = {}  # by column: line and cell
     unread: list[tuple[int, str]] = []  # line and reason
-    rows = 0
-    for k, order, line in _lines(path, layout):
+    parts = []
+    for k, part, order, line in _lines(path, layout):
         row = cells(line, layout.mark)
         filled = [cell for cell in row if cell]
         if layout.headed and filled == heads:
             continue  # the next table of a file with several
-        if layout.headed and len(heads) > 1 and set(filled) == set(heads):
-            at, problem = f"{where}, line {k}", "the columns change their order"
-            raise ProblemError(at, problem, "Make two files of this one.")
         if len(row) == count - 1 and open_ended:
             row.append("")
         if len(row) == count + 1 and not row[-1]:
@@ -311,7 +369,7 @@ def _slow(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[
         if len(row) != count:
             unread.append((k, f"{len(row)} cell{'s' * (len(row) != 1)} instead of {count}"))
             continue
-        rows += 1
+        parts.append(part)
         for name, values in found.items():
             cell = row[order.index(name)]
             value = cell if kinds[name] == TIME else number(cell)
@@ -319,15 +377,16 @@ def _slow(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[
                 value = math.nan
                 wrong.setdefault(name, []).append((k, printable(cell, 40)))
             values.append(value)
-    _judge(where, rows, unread, wrong)
-    return {
+    _judge(where, len(parts), unread, wrong)
+    read = {
         name: values if kinds[name] == TIME else np.array(values, float)
         for name, values in found.items()
     }
+    return {**read, PART: np.array(parts, float)}
 
 
-def _lines(path: Path, layout: Layout) -> Iterator[tuple[int, tuple[str, ...], str]]:
-    """Lines that should be rows: number, names of the columns in their order, text."""
+def _lines(path: Path, layout: Layout) -> Iterator[tuple[int, int, tuple[str, ...], str]]:
+    """Lines that should be rows: number, that of the part, columns in their order, text."""
     parts = layout.parts or (Part(layout.lines, 0, layout.names),)
     end = "\r" if layout.returns else "\n"
     with path.open(encoding=layout.encoding, errors="replace", newline=end) as file:
@@ -338,7 +397,7 @@ def _lines(path: Path, layout: Layout) -> Iterator[tuple[int, tuple[str, ...], s
                 present, *later = later
             inside = k > present.first and (not present.end or k <= present.end)
             if inside and line.strip() and line.lstrip()[0] not in REMARKS:
-                yield k, present.names, line
+                yield k, len(parts) - len(later) - 1, present.names, line
 
 
 def _judge(

@@ -85,6 +85,8 @@ class FodTable:
     shape: Shape = "free"  #: the law that it obeys, as for `from_curves`
     smooth: float = 0.0  #: as for `from_curves`, grid steps
     between: Between = "input"  #: as for `from_curves`
+    input_unit: str = ""  #: "" if unknown
+    output_unit: str = ""  #: "" if unknown
 
     def __post_init__(self) -> None:
         n = math.isqrt(self.values.size)

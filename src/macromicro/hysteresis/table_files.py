@@ -1,9 +1,9 @@
 """Tables of first-order curves on disk: HDF5 with the raw curves, or CSV.
 
 HDF5: datasets `values` (n, n) and `inputs` (n,), attributes `format`, `lo`, `step`, `f_low`,
-`kind`, `shape`, `smooth`, `between`, raw curves `raw/0000`, ..., shape (m, 2). CSV: Figure 5.8 with
-the inputs m_j in the first row, M_i in the first column, f_{M,m} between, empty for m > M; a
-comment line with grid and kind above.
+`kind`, `shape`, `smooth`, `between`, `input_unit`, `output_unit`, raw curves `raw/0000`, ..., shape
+(m, 2). CSV: Figure 5.8 with the inputs m_j in the first row, M_i in the first column, f_{M,m}
+between, empty for m > M; a comment line with these attributes above.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from macromicro.schema.text import printable, read_text, write_text
 
 FORMAT = "macromicro first-order curves 1"
 _WHAT = "a table of first-order curves (.h5, .hdf5 or .csv)"
-_ATTRIBUTES = ("lo", "step", "f_low", "kind", "shape", "smooth", "between")
-_LATER = {"between": "input"}  # what files written before it mean
+_UNITS = ("input_unit", "output_unit")
+_ATTRIBUTES = ("lo", "step", "f_low", "kind", "shape", "smooth", "between", *_UNITS)
+_LATER = {"between": "input", **dict.fromkeys(_UNITS, "")}  # in files written before there were any
 
 
 def save_table(table: FodTable, path: str | Path) -> None:
@@ -191,6 +192,8 @@ def _read_hdf5(file: Path) -> FodTable:
         kept["shape"],
         float(kept["smooth"]),
         kept["between"],
+        kept["input_unit"],
+        kept["output_unit"],
     )
 
 
@@ -244,6 +247,7 @@ def _read_csv(file: Path) -> FodTable:
         settings.get("shape", "free"),  # type: ignore[arg-type]
         _number(settings, "smooth", 0.0),
         settings.get("between", _LATER["between"]),  # type: ignore[arg-type]
+        *(settings.get(name, "") for name in _UNITS),
     )
 
 

@@ -80,7 +80,7 @@ def held_out(
     for fold in range(min(FOLDS, len(turns))):
         held = turns == fold
         kept = pieces if held.all() else pieces.some(~held)
-        found = fit(simulated, space, kept, begin, most=_SEARCH, rounds=2)
+        found = fit(simulated, space, kept, begin, most=_SEARCH, rounds=1)
         if measured is None:
             other = pieces.some(held)
             error = residual(simulated, space, other, found.values)

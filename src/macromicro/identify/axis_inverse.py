@@ -58,6 +58,7 @@ _STILL = 0.01
 SMOOTH = ("mass", "viscous")  # their regressors have passed the low-pass of the position
 _MIXED = 0.1  # of the largest weight in what the regressors do not show
 BLOCKS = 8  # parts of all records that errors are judged by
+_PADDED = 15  # samples by which a signal goes on for the low-pass, mirrored about its ends
 HELD = 0.5  # samples by which the mean of a held force is late
 
 
@@ -146,21 +147,30 @@ def differences(
     return Rows(run, force, v, a, still, factor, cutoff, eccentric=eccentric)
 
 
-def smoothed(signals: Array, corner: float, dt: float) -> Array:
-    """Columns behind the zero-phase low-pass; unchanged for an infinite corner."""
+def smoothed(signal: Array, corner: float, dt: float) -> Array:
+    """A signal behind the zero-phase low-pass; unchanged for an infinite corner."""
+    # As scipy's sosfiltfilt, which finds the filter's steady state anew in each of many calls.
     if math.isinf(corner):
-        return signals
-    from scipy.signal import sosfiltfilt
+        return signal
+    from scipy.signal import sosfilt
 
-    return np.asarray(sosfiltfilt(_sections(2.0 * dt * corner), signals, axis=0))
+    sections, steady = _sections(2.0 * dt * corner)
+    many = min(_PADDED, len(signal) - 1)
+    before = 2.0 * signal[0] - signal[many:0:-1]
+    after = 2.0 * signal[-1] - signal[-2 : -many - 2 : -1]
+    whole = np.concatenate([before, signal, after])
+    for _ in range(2):  # there and back
+        whole = sosfilt(sections, whole, zi=steady * whole[0])[0][::-1]
+    return np.asarray(whole[many : many + len(signal)])
 
 
 @lru_cache(maxsize=8)
-def _sections(corner: float) -> Array:
-    """Low-pass of fourth order; `corner` in half the sampling rate."""
-    from scipy.signal import butter
+def _sections(corner: float) -> tuple[Array, Array]:
+    """Low-pass of fourth order and its state behind a constant; `corner` in half the rate."""
+    from scipy.signal import butter, sosfilt_zi
 
-    return np.asarray(butter(4, corner, output="sos"))
+    sections = np.asarray(butter(4, corner, output="sos"))
+    return sections, np.asarray(sosfilt_zi(sections))
 
 
 def means(x: Array, dt: float) -> tuple[Array, Array]:
@@ -245,9 +255,12 @@ def _decimated(column: Array, factor: int) -> Array:
     """Every `factor`-th value behind a zero-phase low-pass, without the filter's ends."""
     if factor == 1:
         return column
-    from scipy.signal import oaconvolve
+    from scipy.signal import upfirdn
 
-    return np.asarray(oaconvolve(column, _taps(factor), mode="valid")[::factor])
+    taps = _taps(factor)
+    skipped = len(taps) // factor
+    count = (len(column) - len(taps)) // factor + 1
+    return np.asarray(upfirdn(taps, column, down=factor)[skipped : skipped + count])
 
 
 @lru_cache(maxsize=8)

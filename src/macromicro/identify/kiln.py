@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +13,11 @@ from macromicro.arrays import Array
 from macromicro.errors import ProblemError
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable, Shape
+from macromicro.hysteresis.table_files import load_table
 from macromicro.identify.records import signal
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.recording import Recording
+from macromicro.schema.text import printable
 
 # Seconds over which a parabola is fitted to the noise that is left: it keeps turning points.
 NOISE_S = 6.0
@@ -39,6 +42,17 @@ def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
 
         temperature = np.asarray(savgol_filter(temperature, samples, 2), dtype=np.float64)
     return Profile(t, temperature, signal(recording["position"], "position"))
+
+
+def saved_table(path: Path) -> FodTable:
+    """The table in a file, of positions in mm by temperatures in degC unless it has no units."""
+    table = load_table(path)
+    given = (table.input_unit or "degC", table.output_unit or "mm")
+    if given != ("degC", "mm"):
+        found = f"its input is in {given[0]} and its output in {given[1]}"
+        remedy = "Give a table of positions in mm by temperatures in degC."
+        raise ProblemError(printable(path, 300), found, remedy)
+    return table
 
 
 def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]:

@@ -28,6 +28,7 @@ from macromicro.identify.search import central
 
 _ELASTIC = ("stiffness", "settling", "share")
 _MOST, _PART = 30_000, 5000  # samples; of longer records evenly spread parts are fitted
+_RIGID = 2  # parts, of as many samples in all, by which the rigid axis is found
 RIGID = "rigid"
 ELASTIC = "elastic friction"
 NODES = (1, 3, 5, 9, 17)  # tried along the travel
@@ -98,12 +99,14 @@ def presliding_drive(
         raise InputError("structure", friction, ", ".join(FRICTIONS))
     if along is not None and not 1 <= along <= NODES[-1]:
         raise InputError("along", along, f"nodes along the travel, 1 to {NODES[-1]}")
-    rigid = _rigid(t, u, x, gain=gain, limit=limit, delay=delay)
     driven = Driven(gain, limit, delay)
-    records = [run._replace(u=driven.force(run.u)) for run in runs_of(t, u, x)]
+    runs = runs_of(t, u, x)
+    records = [run._replace(u=driven.force(run.u)) for run in runs]
     fitted = records
     if sum(len(r.t) for r in records) > _MOST:
         fitted = _moved_mass.stretches(records, _MOST // _PART, _PART)
+        runs = _moved_mass.stretches(runs, _RIGID, _MOST // _RIGID)
+    rigid = _rigid(runs, gain=gain, limit=limit, delay=delay)
     names = tuple(n for n in rigid.refined.names if n != "lag")
     found = chosen(fitted, Model(names), rigid.axis, friction, along)
     kind, near = found.best
@@ -143,12 +146,13 @@ def presliding_drive(
     )
 
 
-def _rigid(t: Any, u: Any, x: Any, **options: Any) -> DriveFit:
-    found = drive(t, u, x, **options)
+def _rigid(runs: list[Run], **options: Any) -> DriveFit:
+    columns = [r.t for r in runs], [r.u for r in runs], [r.x for r in runs]
+    found = drive(*columns, **options)
     if "coulomb" in found.refined.names:
         return found
     # The friction's give hid its level, which levels along the travel are relative to.
-    return drive(t, u, x, structure="coulomb", **options)
+    return drive(*columns, structure="coulomb", **options)
 
 
 def _errors_of(found: Candidate) -> tuple[Array, Array, Ripple | None]:
@@ -383,8 +387,9 @@ def _first(
     for stuck in _BEGINS:
         z = np.array([*values, level, *elements])
         z[names.index("stiffness")] = math.log(stuck)
-        ends.append(fit(kind.simulated, space, parts, z, most=30))
-    return Candidate(kind, min(ends, key=lambda end: end.rms))
+        ends.append(fit(kind.simulated, space, parts, z, most=30, rounds=1))
+    best = min(ends, key=lambda end: end.rms)
+    return Candidate(kind, fit(kind.simulated, space, best.pieces, best.values, most=30))
 
 
 def _better(

@@ -61,7 +61,7 @@ def test_what_was_found_is_told(tmp_path: Path, monkeypatch, sensor: float) -> N
         return LawFit(fit, sensor, Inverse())
 
     monkeypatch.setattr(wire_table, "for_law", found)
-    monkeypatch.setattr("macromicro.hysteresis.table_files.load_table", lambda path: "the table")
+    monkeypatch.setattr("macromicro.identify.kiln.saved_table", lambda path: "the table")
     record(2e-3, 3e-3).save(tmp_path / "a.h5")
     result = kinds.from_files("actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", ambient=21.0)
     assert (seen["table"], seen["ambient"]) == ("the table", 21.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,15 +109,21 @@ def test_inputs_beyond_the_table_are_told_from_one_in_a_hundred_on(tmp_path: Pat
 @pytest.mark.parametrize("name", ["table.h5", "table.csv"])
 def test_a_saved_table_predicts_a_recording(tmp_path: Path, name: str) -> None:
     """Without a fit, and in a folder of its own."""
-    save_table(TABLE, tmp_path / name)
+    save_table(replace(TABLE, input_unit="V", output_unit="mm"), tmp_path / name)
     u = legs(0.0, 8.0, 2.0, 9.0, n=30)
     test = table(tmp_path / "test.csv", "u_V,f_mm", u, Preisach(TABLE).run(u))
     options = Options(tests=(str(test),))
     found = hysteresis.identify(given(tmp_path / name), options)
     assert dict(found.remarks)[f"prediction of {test}"].startswith("RMS 0.00 % of range")
-    assert facts(found.lines)["output, high"].value == pytest.approx(6.0)
+    line = facts(found.lines)["output, high"]
+    assert line.value == pytest.approx(6.0) and line.unit == "mm"
     found.save(tmp_path / "out")
-    np.testing.assert_allclose(load_table(tmp_path / "out" / name).values, TABLE.values)
+    again = load_table(tmp_path / "out" / name)
+    np.testing.assert_allclose(again.values, TABLE.values)
+    assert (again.input_unit, again.output_unit) == ("V", "mm")
+    other = table(tmp_path / "other.csv", "u_V,f_um", u, Preisach(TABLE).run(u))
+    with pytest.raises(InputError, match=r"f is in um, in the table in mm"):
+        hysteresis.identify(given(tmp_path / name), Options(tests=(str(other),)))
     with pytest.raises(InputError, match=r"a table, not a recording. Name a recording to predict"):
         hysteresis.identify(given(tmp_path / name), Options())
 

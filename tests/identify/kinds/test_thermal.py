@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -302,6 +303,9 @@ def test_a_table_turns_positions_into_temperatures(
     assert made.data["steady_K"] == pytest.approx({1.0: 10.0, 2.0: 20.0}, abs=0.5)
     with pytest.raises(InputError, match="no column for T"):
         thermal.identify(given(file), Options())
+    table_files.save_table(replace(degrees(), output_unit="um"), place)
+    with pytest.raises(InputError, match="input is in degC and its output in um"):
+        thermal.identify(given(file), Options(table=place))
 
 
 def test_steps_that_were_not_fitted(

@@ -104,10 +104,10 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _with_table(picking: Picking, options: Options, file: Path, room: float) -> Result:
-    from macromicro.hysteresis.table_files import load_table
     from macromicro.identify import wire_table
+    from macromicro.identify.kiln import saved_table
 
-    table = load_table(file)
+    table = saved_table(file)
     tables, others = _report.records(picking, ROLES, options.tests)
     records = [one for each in tables for one in _recordings(each)]
     found = wire_table.for_law(table, records, room)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -97,11 +98,11 @@ def identify(picking: Picking, options: Options) -> Result:
     tried = chosen(make, pairs) if make.open else {}
     if tried:
         make.choice = min(tried, key=lambda choice: tried[choice])
-    table = make(pairs)
+    f_unit, u_unit = units["f"], units["u"]
+    table = replace(make(pairs), input_unit=u_unit, output_unit=f_unit)
     extent = abs(table.span)
     own = table.misfit()
     held = _held_out(lambda some: make(some, _best(make, some)), pairs)
-    f_unit, u_unit = units["f"], units["u"]
     top = table.f_low + table.span
     lines = [
         Line("input, from", table.lo, unit=u_unit),
@@ -191,24 +192,26 @@ def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
     if not options.tests:
         remedy = "Name a recording to predict: --test FILE."
         raise ProblemError(where, "the file holds a table, not a recording", remedy)
+    u, f = table.input_unit, table.output_unit
     lines = [
-        Line("input, from", table.lo, note="of the table"),
-        Line("input, to", table.hi, note="of the table"),
-        Line("output, low", table.f_low, note="in negative saturation"),
-        Line("output, high", table.f_low + table.span, note="in positive saturation"),
+        Line("input, from", table.lo, unit=u, note="of the table"),
+        Line("input, to", table.hi, unit=u, note="of the table"),
+        Line("output, low", table.f_low, unit=f, note="in negative saturation"),
+        Line("output, high", table.f_low + table.span, unit=f, note="in positive saturation"),
     ]
-    remarks = [("table", f"{table.n} by {table.n}, read from {where}; in the units of its data")]
+    remarks = [("table", f"{table.n} by {table.n}, read from {where}")]
 
     def draw() -> dict[str, Figure]:
         from macromicro.hysteresis.pictures import draw_curves
 
-        return {"curves": draw_curves(table)}
+        return {"curves": draw_curves(table, u, f)}
 
     data = {"nodes": table.n, "kind": table.kind, "range": abs(table.span)}
     title = "First-order curves of a saved table: predictions"
     toml = model_file.plain("A table that was read; see the folder it is from.", {})
     parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data)
-    return _tested(parts, picking, options, {})
+    known = {name: unit for name, unit in (("u", u), ("f", f)) if unit}
+    return _tested(parts, picking, options, known)
 
 
 def _tested(result: Result, picking: Picking, options: Options, units: dict[str, str]) -> Result:
@@ -372,7 +375,7 @@ def _predicted(
 
         return _curves_predicted(table, printable(place, 300), read_forc(place).curves)
     picked = pick(read(place), ROLES, columns)
-    alike(picked, units, "the fitted file")
+    alike(picked, units, "the table")
     if "curve" in picked.values:
         curves = from_tables([picked], table.kind).curves
         return _curves_predicted(table, picked.file, curves)

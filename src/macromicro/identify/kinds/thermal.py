@@ -79,9 +79,9 @@ def identify(picking: Picking, options: Options) -> Result:
     source = Source(None, options.ambient)
     role = "T"
     if options.table is not None:
-        from macromicro.hysteresis.table_files import load_table
+        from macromicro.identify.kiln import saved_table
 
-        source, role = Source(load_table(options.table), options.ambient), "x"
+        source, role = Source(saved_table(options.table), options.ambient), "x"
     roles = (T, U, X if role == "x" else TEMPERATURE, RUN)
     tables, others = _report.records(picking, roles, options.tests)
     sorted_ = steps(tables, role)
