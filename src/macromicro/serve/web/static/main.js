@@ -147,8 +147,8 @@ function suit(server) {
 }
 
 function closed(elsewhere, reason) {
-  $("link").className = "badge bad";
-  $("link").textContent = elsewhere ? "open in another tab" : "no connection";
+  $("link").className = link.starting ? "badge warn" : "badge bad";
+  $("link").textContent = elsewhere ? "open in another tab" : link.starting ? "starting" : "no connection";
   $("mode").textContent = "unknown";
   $("mode").className = "badge bad";
   set("trust", "");
@@ -157,9 +157,9 @@ function closed(elsewhere, reason) {
   trusting();
   permit();
   alarms();
-  if (elsewhere) say(""); // the alarm says it
+  if (elsewhere || link.starting) say(""); // the alarm says it
   else if (reason && !lost) say(`Connection closed: ${reason}.`, true);
-  lost = true;
+  lost = !link.starting;
 }
 
 function tidings(items) {
