@@ -254,7 +254,7 @@ function words(now) {
     `${length.short(micro_low * 1e-3)} to ${length.short(micro_high * 1e-3)} ${length.name}`;
   set("limits", `Soft limits: ${length.short(whole_low)} to ${length.short(whole_high)} ${length.name}${both}`);
   const mine = link.welcome && now.holder === link.welcome.client;
-  set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "Nobody holds control");
+  set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "No client holds control");
   $("fan").setAttribute("aria-pressed", String(now.fan));
   const plane = now.plane;
   set("plane-words", `Now ${plane.u.toFixed(1)} degC` +
