@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -188,16 +189,33 @@ def told(those: Sequence[Tried]) -> str:
         lines.append(
             f"| {name} | {inside} of {len(done)} ({inside / len(done):.0%}) | {100.0 * off:.2g}% |"
         )
-    unmet = [f"{one.label}: {one.unmet}" for one in done if one.unmet]
-    refused = [f"{one.label}: {one.refused}" for one in those if one.refused]
+    unmet = [(one.label, one.unmet) for one in done if one.unmet]
+    refused = [(one.label, one.refused) for one in those if one.refused]
     met = len(done) - len(unmet)
     if done:
         share = f"{met} of {len(done)} ({met / len(done):.0%})"
         lines += ["", f"All moves of the verification arrived on {share}."]
     for title, named in (("Not verified", unmet), ("Refused", refused)):
         lines += ["", f"{title}: {len(named)}." if named else f"{title}: none."]
-        lines += [f"* {one}" for one in named]
+        lines += by_reason(named)
     return "\n".join(lines) + "\n"
+
+
+def by_reason(named: Sequence[tuple[str, str]]) -> list[str]:
+    """A line for each reason, whatever its figures, with the numbers of the machines."""
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for label, words in named:
+        problem = words.partition(". ")[0]
+        alike.setdefault(re.sub(r"[\d.]+", "#", problem), []).append((label, problem))
+    lines = []
+    for group in alike.values():
+        numbers = ", ".join(label.rpartition(" ")[2] for label, _ in group)
+        (first, problem), of_first = group[0], ""
+        kind, _, number = first.rpartition(" ")
+        if any(words != problem for _, words in group):
+            of_first = f" (figures of {number})"
+        lines.append(f"* {kind} {numbers}: {problem}{of_first}")
+    return lines
 
 
 def table(every: Iterator[Case], rows: Path | None = None) -> str:

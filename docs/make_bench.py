@@ -18,16 +18,7 @@ from typing import Any
 from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
 from macromicro.thesis import all_procedures, cycle_bench, kiln_bench
-from macromicro.thesis.claims import (
-    CALIBRATED,
-    KINDS,
-    PREDICTED,
-    REPRODUCED,
-    SET,
-    STATEMENTS,
-    Claim,
-    in_order,
-)
+from macromicro.thesis.claims import KINDS, REPRODUCED, STATEMENTS, Claim, in_order
 from macromicro.thesis.cycle_bench import CycleBench
 from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import claim_text
@@ -42,8 +33,6 @@ README, REPRODUCE = ROOT / "README.md", VALIDATION / "reproduce.md"
 MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
 BENCH, PHASE = ("bench.", "sensors."), "bench.phase"
-# Kinds that bench.md shows: those that a bench is needed for.
-SHOWN_KINDS = (CALIBRATED, SET, PREDICTED)
 # What validation/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
 SHORT = (
     ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
@@ -81,25 +70,13 @@ def rows(found: list[Entry]) -> str:
 
 
 def table(path: str, part: Any) -> str:
-    """Heading, the part's own words and its parameters."""
-    about = (type(part).__doc__ or "").strip().split("\n\n")
-    words = " ".join(" ".join(about).split())
-    return f"### `{path}`\n\n{words}\n\n{rows(list(entries(part)))}"
+    """Heading and parameters of a part."""
+    return f"### `{path}`\n\n{rows(list(entries(part)))}"
 
 
 def parameter_tables() -> str:
-    """Every parameter of the bench, its sensors and the kiln; what the cycle bench changes."""
-    settings = Settings()
-    parts = []
-    for name in ("bench", "sensors"):
-        tree = getattr(settings, name)
-        parts += [table(f"{name}.{field}", getattr(tree, field)) for field in tree._fields]
-    parts.append("## Parameters of the other two fixtures\n")
-    parts.append(
-        "Both consist of the same parts with the same defaults, except for the values below. "
-        "`--config` does not change them.\n"
-    )
-    parts.append(table("KilnBench.oven", KilnBench().oven))
+    """The kiln's own parameters, and what kiln and cycle bench change."""
+    parts = [table("KilnBench.oven", KilnBench().oven)]
     for fixture, sources in (
         (KilnBench(), kiln_bench.OWN_SOURCES),
         (CycleBench(), cycle_bench.OWN_SOURCES),
@@ -158,52 +135,36 @@ def measured_text(claim: Claim) -> str:
     return claim_text.with_unit(", ".join(texts), claim.unit)
 
 
-def row(claim: Claim) -> str:
-    """A claim as a line of bench.md."""
-    verdict = claim.verdict if claim.verdict == REPRODUCED else f"**{claim.verdict}**"
-    printed = claim_text.with_unit(claim_text.printed(claim), claim.unit)
-    words = claim.claim.replace("|", "/")
-    return (
-        f"| {claim.id} | {words} | {printed} | {measured_text(claim)} | {verdict} "
-        f"| {claim.kind} |\n"
-    )
-
-
-def table_of(claims: list[Claim]) -> str:
-    """The claims that a bench is needed for."""
-    head = "| claim | what | printed | measured | verdict | kind |\n|---|---|---|---|---|---|\n"
-    return head + "".join(row(c) for c in claims if c.kind in SHOWN_KINDS)
-
-
 def bands(claims: list[Claim]) -> str:
-    """All claims with what counts as reproduced and why, for reproduce.md."""
-    head = "| claim | what | printed | accepted | measured | verdict | kind | band and rule |\n"
+    """All claims with their commands, what counts as reproduced, for reproduce.md."""
+    head = "| command | claim | printed | accepted | measured | verdict | kind | rule |\n"
     lines = [head + "|---|---|---|---|---|---|---|---|\n"]
     for c in claims:
         own = c.accept and not c.of
         accepted = claim_text.with_unit(claim_text.accepted(c), c.unit if own else "")
-        notes = "; ".join(f"{name}: {words}" for name, words in claim_text.notes(c))
+        rule = [f"band of: {c.of}"] if c.of else []
+        rule += [" ".join(c.rule.split())] if c.rule else []
         cells = (
-            *(c.id, " ".join(c.claim.split())),
+            *(f"`--only {c.id}`", " ".join(c.claim.split())),
             claim_text.with_unit(claim_text.printed(c), "" if c.printed is None else c.unit),
-            *(accepted, measured_text(c), c.verdict, c.kind, notes),
+            *(accepted, measured_text(c), c.verdict, c.kind, "; ".join(rule)),
         )
         lines.append("| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |\n")
     return "".join(lines)
 
 
 def turned() -> str:
-    """Each claim with its command and the parameters whose source names it, for reproduce.md."""
+    """Each claim with the parameters whose source names it, for reproduce.md."""
     sources = {e.path: e.par.source for e in entries(Settings()) if e.path.startswith(BENCH)}
     for own, fixture in (("kiln", kiln_bench), ("cycle", cycle_bench)):
         sources |= {f"{own}: {path}": words for path, words in fixture.OWN_SOURCES.items()}
-    lines = ["| claim | command | parameters to turn |\n|---|---|---|\n"]
+    lines = ["| claim | parameters to turn |\n|---|---|\n"]
     for name in STATEMENTS:
         found = [path for path, words in sources.items() if re.search(rf"\b{name}\b", words)]
         if phase := [path for path in found if path.startswith(PHASE)]:
             found = [PHASE, *(path for path in found if path not in phase)]
-        spoken = ", ".join(f"`{path}`" for path in found) or "-"
-        lines.append(f"| {name} | `macromicro reproduce --only {name}` | {spoken} |\n")
+        if found:
+            lines.append(f"| {name} | {', '.join(f'`{path}`' for path in found)} |\n")
     return "".join(lines)
 
 
@@ -259,7 +220,7 @@ def measure(quick: bool = False) -> tuple[dict[str, str], list[Claim]]:
         f"| {h.heat:.3g} W | {h.error:.1f} um |\n"
         for h in calibration.heat_sensitivity(calibration.HEATS[:few])
     )
-    return {"calibration": table_of(claims), "belt": belt, "body": body, "heat": heat}, claims
+    return {"belt": belt, "body": body, "heat": heat}, claims
 
 
 def put(page: Path, **texts: str) -> None:

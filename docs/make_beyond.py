@@ -241,14 +241,14 @@ def told(every: list[dict[str, Any]]) -> str:
 
 
 def drawn_page(every: list[dict[str, Any]]) -> None:
-    """The figure: time over way, and swing left, of both laws and the limit."""
+    """The figure: time and remaining swing over the distance, of both laws and the limit."""
     figure, axes = new(4.2, 1, 2)
     for law, color in zip(LAWS, (BLUE, ORANGE), strict=True):
         moves = [m for b in every if b["kind"] == GROUPS[0] for m in b[law]["moves"]]
         moves = [m for m in moves if m["way"] > SHORT - 0.1]
         way = [m["way"] for m in moves]
-        axes[0, 0].plot(way, [m["near"] for m in moves], ".", color=color, label=law)
-        axes[0, 1].plot(way, [m["swing"] for m in moves], ".", color=color, label=law)
+        for ax, name in zip(axes[0], ("near", "swing"), strict=True):
+            ax.plot(way, [m[name] for m in moves], ".", color=color, markersize=4, label=law)
     least = sorted(
         (float(w), t)
         for b in every
@@ -256,10 +256,10 @@ def drawn_page(every: list[dict[str, Any]]) -> None:
         for w, t in b["limits"].items()
         if float(w) > SHORT - 0.1
     )
-    axes[0, 0].plot(*zip(*least, strict=True), ".", color=GREEN, markersize=2, label="limit")
+    axes[0, 0].plot(*zip(*least, strict=True), "_", color=GREEN, markersize=4, label="limit")
     axes[0, 0].set_ylim(0.0, HIGHEST)  # what was missed, and hardly made, is in the table
-    finish(axes[0, 0], "time until within a count", "distance [mm]", "[s]", legend=True)
-    finish(axes[0, 1], "swing 0.1 s later", "distance [mm]", "[um]", legend=True)
+    finish(axes[0, 0], "Settling", "distance [mm]", "time to within a count [s]", legend=True)
+    finish(axes[0, 1], "Vibration", "distance [mm]", "swing after 0.1 s [um]", legend=True)
     PICTURE.write_bytes(encoded(figure))
 
 

@@ -49,11 +49,22 @@ def cell(row: dict[str, Any]) -> str:
         return f"withheld in {count - told} of {count}" if told else "withheld"
     some = "" if told == count else f" in {100.0 * told / count:.0f} %"
     good = ONE[0] <= row["one"] <= ONE[1] and WIDE[0] <= row["wide"] <= WIDE[1]
-    text = f"{row['one']:.0f} / {row['wide']:.0f}"
+    text = f"{row['one']:.0f}/{row['wide']:.0f}"
     if good:
         return text + some
     off = " biased" if abs(row["bias"]) > BIASED * row["scatter"] else ""
     return f"**{text}**{off}{some}"
+
+
+def table(rows: list[dict[str, Any]], kinds: list[str]) -> tuple[str, ...]:
+    """A method's parameters under all disturbances."""
+    lines = [f"| | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]
+    cells: dict[tuple[str, ...], list[str]] = {}  # parameters by their cells
+    for name in dict.fromkeys(r["parameter"] for r in rows):
+        found = {r["disturbance"]: cell(r) for r in rows if r["parameter"] == name}
+        cells.setdefault(tuple(found.get(k, "-") for k in kinds), []).append(name)
+    lines += [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in cells.items()]
+    return tuple(lines)
 
 
 def page(rows: list[dict[str, Any]]) -> str:
@@ -62,16 +73,16 @@ def page(rows: list[dict[str, Any]]) -> str:
     many = sorted({r["records"] for r in rows if r["one"] >= 0.0})
     doubt = ", ".join(f"+-{100.0 * math.sqrt(0.68 * 0.32 / n):.0f} of {n}" for n in many)
     lines = [HEAD.format(doubt=doubt)]
+    alike: dict[tuple[str, ...], list[str]] = {}  # methods by their tables
     for method in dict.fromkeys(r["method"] for r in rows):
-        of_it = [r for r in rows if r["method"] == method]
-        counted = sorted({r["records"] for r in of_it})
+        alike.setdefault(table([r for r in rows if r["method"] == method], kinds), []).append(
+            method
+        )
+    for body, methods in alike.items():
+        counted = sorted({r["records"] for r in rows if r["method"] in methods})
         count = " to ".join(str(n) for n in dict.fromkeys((counted[0], counted[-1])))
-        lines += [f"## {method[0].upper()}{method[1:]}: {count} records", ""]
-        lines += [f"| | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]
-        for name in dict.fromkeys(r["parameter"] for r in of_it):
-            found = {r["disturbance"]: cell(r) for r in of_it if r["parameter"] == name}
-            lines.append(f"| {name} | {' | '.join(found.get(k, '-') for k in kinds)} |")
-        lines.append("")
+        title = " and ".join(methods)
+        lines += [f"## {title[0].upper()}{title[1:]}: {count} records", "", *body, ""]
     lines += ["## Why some intervals miss", "", (HERE / "coverage.template.md").read_text("utf-8")]
     return "\n".join(lines)
 

@@ -7,35 +7,30 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from macromicro.thesis.errata import ERRATA, Erratum, evidence
+from macromicro.thesis.errata import ERRATA, Erratum
 
 PAGE = Path(__file__).with_name("validation") / "errata.md"
 HEAD = """\
 # Misprints and contradictions of the thesis
 
-Each entry gives the place, the printed text, the fault, the reading used here, and the evidence:
-words that contradict each other, and recomputed numbers. `macromicro reproduce` shows the same
-list at the end of its page. `make docs` generates this page from
-`src/macromicro/thesis/errata.toml`.
+Each row gives the place, the printed text, its fault and the reading used here. The page of
+`macromicro reproduce` adds the evidence: words that contradict each other, and recomputed numbers.
+`make docs` generates this page from `src/macromicro/thesis/errata.toml`.
 
+| # | place | printed | fault | reading used here |
+|---|---|---|---|---|
 """
 
 
-def entry(e: Erratum) -> str:
+def row(e: Erratum) -> str:
     """One erratum."""
-    lines = [
-        f"## {e.number}. {e.place}",
-        f"Printed: {e.printed}.",
-        f"Fault: {e.fault}.",
-        f"Reading: {e.reading}.",
-        "\n".join(f"- {line}" for line in evidence(e)),
-    ]
-    return "\n\n".join(lines) + "\n"
+    cells = (e.place, e.printed, e.fault, e.reading)
+    return f"| {e.number} | " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |\n"
 
 
 def page() -> str:
     """The whole page."""
-    return HEAD + "\n".join(entry(e) for e in ERRATA)
+    return HEAD + "".join(row(e) for e in ERRATA)
 
 
 if __name__ == "__main__":

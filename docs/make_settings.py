@@ -35,10 +35,9 @@ ABOUT = {
     "piezo": "A piezo stage: what differs from `axis`.",
     "wire": "A shape-memory wire: what differs from `axis`.",
     "xy": "Two axes, `x` and `y`, each with all keys of `axis`, and in addition:",
-    TWO_STAGE: "The thesis' machine. Parameters of its `bench` and `sensors`: "
-    "[the virtual bench](validation/bench.md#parameters).",
+    TWO_STAGE: "The thesis' machine: controllers, guard, server, and [the virtual "
+    "bench](validation/bench.md) with its sensors.",
 }
-ELSEWHERE = ("bench.", "sensors.")
 
 
 def render() -> str:
@@ -50,7 +49,7 @@ def render() -> str:
         tree = _settings(name)
         derived = {path for path, _ in tree.derived()}
         known = [*entries(tree), *figures.entries(tree).values()]
-        every = [e for e in known if not e.path.startswith((*ELSEWHERE, "x.", "y."))]
+        every = [e for e in known if not e.path.startswith(("x.", "y."))]
         every.sort(key=lambda e: tree._fields.index(e.path.partition(".")[0]))
         own = [e for e in every if name in (AXIS, TWO_STAGE) or _key(e) not in axis]
         parts.append(f"## `{name}`\n\n{about}\n")

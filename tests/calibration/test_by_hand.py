@@ -129,7 +129,7 @@ def test_readings_typed_at_the_keyboard() -> None:
     answers = ["1.5", "nonsense", "2.5", "", "4", "5", "6", "7", "q"]
     found = by_hand.asked(request, answers, shown)
     assert len(found.t) == 6 and found.reference[1, 0] == pytest.approx(2.5e-3)
-    assert "nonsense is no number" in shown.getvalue()
+    assert "nonsense is not a number" in shown.getvalue()
     assert "from below" in shown.getvalue() and "from above" in shown.getvalue()
     with pytest.raises(ProblemError, match="2 readings"):
         by_hand.asked(request, ["1", "2", "q"], io.StringIO())

@@ -155,7 +155,7 @@ def test_a_column_that_cannot_be_read_says_where(
     bad = [("oops" if k == 8 else v) for k, v in enumerate(X)]
     file = written(tmp_path, t=T, u=U, x=bad)
     assert look(str(file)) == 0
-    assert "line 10, x: 'oops' is no number" in capsys.readouterr().err
+    assert "line 10, x: 'oops' is not a number" in capsys.readouterr().err
     columns = seen(capsys, file)["columns"]
     assert isinstance(columns, list)
     assert [column["missing"] for column in columns] == [0, 0, 1]

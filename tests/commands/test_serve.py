@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+from pathlib import Path
 from typing import Any, Self, cast
 
 import pytest
@@ -39,7 +41,14 @@ def test_a_server_that_has_ended_ends_it_all(failing: str, monkeypatch: pytest.M
 
     monkeypatch.setattr(scpi, "Server", make("scpi"))
     monkeypatch.setattr(web, "WebServer", make("web"))
-    with Signals() as signals, pytest.raises(MacromicroError, match="ended by itself"):
+    station, doors = cast(Station, Stand()), serve._Doors("127.0.0.1", 0, 0, -1, (), None, None)
+    with (
+        Signals() as signals,
+        ExitStack() as stack,
+        pytest.raises(MacromicroError, match="ended by itself"),
+    ):
         signals.later()
-        doors = serve._Doors("127.0.0.1", 0, 0, -1, (), None, None)
-        serve._serve(cast(Station, Stand()), doors, None, signals)
+        servers = serve._Servers(station, doors, Path(), stack)
+        servers.open_page()
+        servers.open_others()
+        serve._serve(station, servers, None, signals)

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -157,18 +158,22 @@ def test_a_recording_gets_its_folder_and_a_position_that_cannot_be_kept_is_told_
 
 
 @posix
-def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
+def test_while_it_starts_its_page_and_ctrl_c_are_answered(tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(SLOW)
     process = subprocess.Popen(
-        [*RUN, "--scpi", "0", "--web", "-1", "--rig", "slow:rig", "--state", "position.json"],
+        [*RUN, "--scpi", "0", "--web", "0", "--rig", "slow:rig", "--state", "position.json"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     assert process.stderr is not None
+    page = re.fullmatch(r"starting slow:rig, (\S+/)(;.*)?\n", process.stderr.readline())
+    assert page is not None
     while process.stderr.readline() != "opening\n":
         assert process.poll() is None
+    with urllib.request.urlopen(page[1], timeout=30.0) as answer:
+        assert b"Positioner" in answer.read()
     process.send_signal(signal.SIGINT)
     assert "interrupted; stopping once it has started" in process.stderr.readline()
     (tmp_path / "go").touch()

@@ -62,7 +62,7 @@ def test_too_little_effort_is_said() -> None:
 
 
 def test_strokes_that_are_all_too_fast_are_said() -> None:
-    with pytest.raises(CommissionError, match="hardly a stroke"):
+    with pytest.raises(CommissionError, match="almost no stroke"):
         strokes(Virtual(Axis(0.001, 0.1, 1.0)), speed=0.02)
 
 

@@ -125,7 +125,7 @@ def test_what_no_effort_brings_off_its_end_is_said(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(_gravity, "_lifted", off)
     assert _gravity._begun(on, FREE, SPEED, LIFTED) == (lifted, started)
     assert asked == [(1.0, 0.0, Pull(), (-1.0,))]
-    with pytest.raises(CommissionError, match=r"stands at an end, and 10 V do not bring it off"):
+    with pytest.raises(CommissionError, match=r"stands at an end, and 10 V do not move it away"):
         _gravity._begun(on, FREE, SPEED, LIFTED)
 
 

@@ -353,7 +353,7 @@ def test_a_wire_that_follows_late_is_given_time_at_the_largest_effort() -> None:
     assert _wire_drives.way_of(work) == pytest.approx(4e-3, rel=5e-3)
     slow = Thick(60.0)
     work = Work(slow, options, {"warmth": _wire_drives.Warmth(1.0, 1.0, 0.0)})  # type: ignore[arg-type]
-    with pytest.raises(CommissionError, match="goes on contracting up to 10 V"):
+    with pytest.raises(CommissionError, match="still contracts at 10 V"):
         _wire_drives.ramp(work)
     held = np.count_nonzero(np.array(slow.efforts) == 10.0) * slow.dt
     assert held == pytest.approx(HOLD, abs=0.1)

@@ -56,7 +56,7 @@ def test_a_cut_last_line_and_a_bad_one_are_left_out(tmp_path: Path) -> None:
         assert holds(identified(file))
     said = " ".join(str(one.message) for one in caught)
     assert "line 701: 2 cells instead of 3, and 1 more line; left out" in said
-    assert "line 901, u_V: '?' is no number" in said
+    assert "line 901, u_V: '?' is not a number" in said
 
 
 def test_a_text_of_which_little_is_a_table_is_refused(tmp_path: Path) -> None:

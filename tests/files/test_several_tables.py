@@ -63,7 +63,7 @@ def test_numbers_above_a_heading_that_are_no_table_are_left(tmp_path: Path) -> N
 def test_words_between_rows_are_no_heading(tmp_path: Path) -> None:
     text = "t u x\n" + rows(T, U, X, mark=" ") + "motor switched off\n" + rows(T, U, X, mark=" ")
     found = table(tmp_path, text + "# the very end\n" + rows(T, U, X, mark=" "))
-    with pytest.warns(UnreadLinesWarning, match="line 6, u: 'switched' is no number"):
+    with pytest.warns(UnreadLinesWarning, match="line 6, u: 'switched' is not a number"):
         assert np.nansum(found.columns["u"]) == 3.0 * sum(U)
 
 

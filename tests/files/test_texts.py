@@ -202,5 +202,5 @@ def test_pieces_of_any_size_make_the_same_rows(
 
 
 def test_a_line_with_a_return_in_it_is_one_line(tmp_path: Path) -> None:
-    with pytest.warns(UnreadLinesWarning, match=r"line 3, u: 'x' is no number"):
+    with pytest.warns(UnreadLinesWarning, match=r"line 3, u: 'x' is not a number"):
         table(tmp_path, "t,u\n0,1\n0.5\r,x\n1,3\n").several(["t", "u"])

@@ -32,6 +32,7 @@ class FakeStation:
 
     settings = LiveSettings()
     stages = m.STAGES
+    started = True
 
     def __init__(self) -> None:
         self.lock = threading.RLock()

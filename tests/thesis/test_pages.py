@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from macromicro.thesis.claims import COMPUTED, DIFFERS, STATEMENTS, Claim
+from macromicro.thesis.claims import DIFFERS, STATEMENTS, Claim
 
 from .ended import measured
 
@@ -29,15 +29,6 @@ def maker() -> ModuleType:
 @pytest.fixture(scope="module")
 def now() -> list[Claim]:
     return [measured(name) for name in STATEMENTS]
-
-
-@pytest.mark.slow
-def test_bench_page_has_what_is_measured_now(maker: ModuleType, now: list[Claim]) -> None:
-    """Each line, value and verdict; `make docs` brings it up to date."""
-    table = maker.blocks(DOCS / "validation" / "bench.md")["calibration"]
-    assert table == maker.table_of(now)
-    lines = [line for line in table.splitlines() if line.startswith("| ")]
-    assert len(lines) == 1 + sum(c.kind != COMPUTED for c in now)
 
 
 def test_readme_has_what_is_measured_now(maker: ModuleType, now: list[Claim]) -> None:

@@ -65,8 +65,8 @@ def test_the_table_and_its_place(tmp_path: Path) -> None:
         Cell("wire", "encoder-jump", "disabled", HARMLESS, ""),
     ]
     text = table.section(cells)
-    assert "| `motor-dead` | cannot be seen: nothing moves | safe: stuck in 0.25 s |" in text
-    assert "**FALSELY TRUSTED: 1 mm off**" in text
+    assert "| `motor-dead` | stuck | 0.25 s | disabled: nothing moves | - |" in text
+    assert "| `encoder-jump` | **moving: FALSELY TRUSTED: 1 mm off** | - | - | disabled |" in text
     assert table.bad(cells) == [cells[2]]
     page = tmp_path / "page.md"
     page.write_text(f"before\n{table.BEGIN}\nold\n{table.END}\nafter\n")

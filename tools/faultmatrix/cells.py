@@ -19,7 +19,7 @@ MODES = ("disabled", "holding", "homing", "jogging", "moving", "programme")
 SAFE_, HARMLESS, UNSEEN, UNSAFE, FALSE = (
     "safe",
     "harmless",
-    "cannot be seen",
+    "not visible",
     "UNSAFE",
     "FALSELY TRUSTED",
 )
@@ -287,7 +287,7 @@ class Trial:
         elif what:
             found = SAFE_, what
         elif later and unseen:
-            found = UNSEEN, f"{reason.words}; the next move: {later}"
+            found = UNSEEN, f"{reason.words}, then {later}"
         elif later and self.mode == "disabled":  # outputs are off, the position right until then
             found = SAFE_, f"{later}, when next moved"
         elif later:

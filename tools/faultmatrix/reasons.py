@@ -18,18 +18,18 @@ class Reason(NamedTuple):
 REST = ("disabled", "holding")
 ALL = (*REST, "homing", "jogging", "moving", "programme")
 _STILL = "nothing moves"
-_SCALE = "a count lost is a shorter way; the next homing tells"
+_SCALE = "the next homing reports the lost counts"
 REASONS: dict[str, Reason] = {
     "encoder-frozen": Reason(_STILL, REST),
-    "encoder-reversed": Reason("it drifts as if the other way", REST, drifts=True),
+    "encoder-reversed": Reason("it drifts", REST, drifts=True),
     "encoder-skipping": Reason(_SCALE, ALL, "homed"),
-    "encoder-dither": Reason("a count is all that the sensor tells", ALL),
+    "encoder-dither": Reason("below the sensor's resolution", ALL),
     "motor-dead": Reason(_STILL, REST),
     "motor-reversed": Reason(_STILL, REST),
     "carriage-stuck": Reason(_STILL, REST),
     "limit-on": Reason("nothing moves towards it", (*REST, "homing")),
     "limit-cut": Reason("nothing moves towards it", (*REST, "homing")),
     "hall-stuck": Reason("the micro-stage is off", ("disabled", "holding", "homing", "jogging")),
-    "wire-broken": Reason("no current is to flow", ("disabled", "holding", "homing", "jogging")),
+    "wire-broken": Reason("no current", ("disabled", "holding", "homing", "jogging")),
 }
-ABSOLUTE = Reason("a sensor with another gain is another place, and there is one sensor", ALL, "")
+ABSOLUTE = Reason("one sensor cannot show its own gain", ALL, "")

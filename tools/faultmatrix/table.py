@@ -6,9 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from faultmatrix.cells import BAD, MODES, Cell
+import numpy as np
+
+from faultmatrix.cells import BAD, HARMLESS, MODES, SAFE_, UNSEEN, Cell
 
 BEGIN, END = "<!-- matrix: begin -->", "<!-- matrix: end -->"
+HEAD = "| fault | safe by | within | not visible | harmless |"
 
 
 def bad(cells: Iterable[Cell]) -> list[Cell]:
@@ -17,7 +20,7 @@ def bad(cells: Iterable[Cell]) -> list[Cell]:
 
 
 def section(cells: Sequence[Cell]) -> str:
-    """Markdown: one table for each kind."""
+    """Markdown: one table for each kind, with a row for each fault."""
     lines = [BEGIN]
     for kind in dict.fromkeys(cell.kind for cell in cells):
         mine = [cell for cell in cells if cell.kind == kind]
@@ -25,20 +28,40 @@ def section(cells: Sequence[Cell]) -> str:
         shares = ", ".join(f"{n} {verdict}" for verdict, n in count.most_common())
         modes = [mode for mode in MODES if any(cell.mode == mode for cell in mine)]
         lines += [f"**{kind.capitalize()}**: {len(mine)} cells, {shares}.", ""]
-        lines += ["| fault | " + " | ".join(modes) + " |", "|---" * (len(modes) + 1) + "|"]
-        by_place = {(cell.fault, cell.mode): cell for cell in mine}
+        lines += [HEAD, "|---" * HEAD.count(" | ") + "|---|"]
+        alike: dict[tuple[str, ...], list[str]] = {}  # faults by what they lead to
         for fault in dict.fromkeys(cell.fault for cell in mine):
-            row = [_words(by_place.get((fault, mode))) for mode in modes]
-            lines.append(f"| `{fault}` | " + " | ".join(row) + " |")
+            effect = _effect([cell for cell in mine if cell.fault == fault], modes)
+            alike.setdefault(effect, []).append(fault)
+        for (safe, unseen, harmless), faults in alike.items():
+            names = ", ".join(f"`{fault}`" for fault in faults)
+            seconds = [
+                cell.seconds for cell in mine if cell.fault in faults and cell.verdict == SAFE_
+            ]
+            longest = f"{np.nanmax(seconds):.3g} s" if np.isfinite(seconds).any() else "-"
+            lines.append(f"| {names} | {safe} | {longest} | {unseen} | {harmless} |")
         lines.append("")
     return "\n".join(lines) + END + "\n"
 
 
-def _words(cell: Cell | None) -> str:
-    if cell is None:  # not tried by a quick matrix
-        return ""
-    words = cell.words.replace("|", "/")
-    return f"**{words}**" if cell.verdict in BAD else words
+def _effect(cells: Sequence[Cell], modes: Sequence[str]) -> tuple[str, ...]:
+    """What stops the machine, modes without a sign, and without harm."""
+    safe, unseen, harmless = (
+        [cell for cell in cells if cell.verdict == verdict] for verdict in (SAFE_, UNSEEN, HARMLESS)
+    )
+    stops = [f"**{cell.mode}: {cell.words}**" for cell in bad(cells)] + _each(safe)
+    why = f"{_modes(unseen, modes)}: {' or '.join(_each(unseen))}" if unseen else "-"
+    found = ("; ".join(stops) or "-", why, _modes(harmless, modes))
+    return tuple(words.replace("|", "/") for words in found)
+
+
+def _each(cells: Sequence[Cell]) -> list[str]:
+    return sorted({cell.what for cell in cells})
+
+
+def _modes(cells: Sequence[Cell], modes: Sequence[str]) -> str:
+    named = [mode for mode in modes if any(cell.mode == mode for cell in cells)]
+    return "all" if named == list(modes) else ", ".join(named) or "-"
 
 
 def replaced(path: Path, text: str, begin: str, end: str) -> None:

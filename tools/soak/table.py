@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from faultmatrix.table import replaced
+from macromicro.rig import faults
 from macromicro.rig.faulty import FAULTS
 from soak.campaign import Campaign, Round
 from soak.rounds import Rounds
@@ -16,6 +17,7 @@ from soak.victim import Load
 
 BEGIN, END = "<!-- soak: begin -->", "<!-- soak: end -->"
 _MB = 1e6
+_NAMES = {text.message: text.name for text in faults.TEXTS.values()}
 # Memory may grow by what a server keeps of its events (10 000 of them at most).
 MOST_MB, MOST_LOOP_MB, MOST_FILES = 8.0, 2.0, 3
 
@@ -81,10 +83,7 @@ def write(path: Path, text: str) -> None:
 
 
 def _faults(rounds: list[Round]) -> Iterable[str]:
-    yield (
-        "| fault | injected | stopped as a fault | safe after, median [ms] | worst [ms] "
-        "| reported |"
-    )
+    yield "| fault | injected | stopped | safe after, median [ms] | worst [ms] | reported |"
     yield "|---|---|---|---|---|---|"
     for name in dict.fromkeys(r.name for r in rounds):
         mine = [r for r in rounds if r.name == name]
@@ -94,8 +93,8 @@ def _faults(rounds: list[Round]) -> Iterable[str]:
         stopped = sum(r.code != 0 for r in mine)
         told = Counter(r.told for r in mine if r.told).most_common(1)
         words = (told[0][0] if told else "nothing").replace("|", "/")[:110]
-        shown = f"{name}: {FAULTS[name].words}" if name in FAULTS else name
-        yield f"| {shown} | {len(mine)} | {stopped} | {median} | {worst} | {words} |"
+        words = _NAMES.get(words, words)
+        yield f"| {name} | {len(mine)} | {stopped} | {median} | {worst} | {words} |"
 
 
 def growth(loads: list[tuple[float, Load]]) -> tuple[float, float, int, int]:

@@ -216,4 +216,4 @@ def _answer(lines: Iterable[str], where: str, place: Place, shown: TextIO) -> fl
         try:
             return csv_rows.number(line, "--by-hand")
         except InputError:
-            print(f"{printable(line)} is no number in {place.unit}", file=shown)
+            print(f"{printable(line)} is not a number in {place.unit}", file=shown)

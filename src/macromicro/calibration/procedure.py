@@ -264,7 +264,7 @@ def remarks(axes: list[Axis]) -> list[str]:
         before, after = iso.figures(axis.before), iso.figures(axis.after)
         if after.A >= before.A:
             found.append(
-                f"{whose}the correction makes the stage no better: what is left is not repeatable"
+                f"{whose}the correction does not improve the stage: what is left is not repeatable"
             )
     return found
 

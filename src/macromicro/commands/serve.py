@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -134,17 +134,24 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
         known = isinstance(chosen.controller, Control) and warming.is_compiled()
         once = "" if known else "; the first time it compiles, about 10 s"
-        print(f"starting {rig}{once}", file=sys.stderr)
-        with Station(rig, seed=seed, settings=chosen, state=state) as station:
-            signals.later()
-            if not signals.received:
-                print(f"loop: {1.0 / chosen.period:.6g} Hz; {station.realtime}")
-                _serve(station, doors, record, signals)
-            with suppress(OSError):  # the terminal may be gone
-                print(
-                    "stopping: the machine decelerates, then all outputs are switched off",
-                    file=sys.stderr,
-                )
+        station, stack = Station(rig, seed=seed, settings=chosen, state=state), ExitStack()
+        with stack:
+            servers = _Servers(station, doors, record or FOLDER, stack)
+            page = servers.open_page()  # at once: it says that the machine starts
+            print(f"starting {rig}{page and f', {page}'}{once}", file=sys.stderr)
+            with station, closing(stack):
+                signals.later()
+                if not signals.received:
+                    print(f"loop: {1.0 / chosen.period:.6g} Hz; {station.realtime}")
+                    servers.open_others()
+                    if page:
+                        print(f"page: {page}")
+                    _serve(station, servers, record, signals)
+                with suppress(OSError):  # the terminal may be gone
+                    print(
+                        "stopping: the machine decelerates, then all outputs are switched off",
+                        file=sys.stderr,
+                    )
     raise typer.Exit(signals.status)
 
 
@@ -190,54 +197,65 @@ def _token(host: str) -> str | None:
     return token
 
 
-def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signals) -> None:
+def _serve(station: Station, servers: _Servers, record: Path | None, signals: Signals) -> None:
     """Accept clients until a signal, and print what the user must know."""
-    with ExitStack() as stack:
-        servers = _open(station, doors, record or FOLDER, stack)
-        if record is not None:
-            path = record / time.strftime("live-%Y%m%d-%H%M%S.h5")
-            station.record(path)
-            print(f"recording: {path}")
-        print("Ctrl-C ends it", flush=True)
-        while not signals.received:
-            time.sleep(0.1)
-            for server in servers:
-                if server.failure is not None:
-                    raise server.failure
+    if record is not None:
+        path = record / time.strftime("live-%Y%m%d-%H%M%S.h5")
+        station.record(path)
+        print(f"recording: {path}")
+    print("Ctrl-C ends it", flush=True)
+    while not signals.received:
+        time.sleep(0.1)
+        for server in servers.opened:
+            if server.failure is not None:
+                raise server.failure
 
 
-def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> list[Listener]:
-    """Open the servers; those opened before one that fails are closed again."""
-    from macromicro.serve import hosts
-    from macromicro.serve.guesses import Token
+class _Servers:
+    """The servers of a station; those opened before one that fails are closed again."""
 
-    servers: list[Listener] = []
-    token = Token(doors.token)
+    def __init__(self, station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> None:
+        from macromicro.serve.guesses import Token
 
-    def opened(server: Listener) -> tuple[str, int]:
-        servers.append(stack.enter_context(server))
+        self._station, self._doors, self._folder, self._stack = station, doors, folder, stack
+        self._token = Token(doors.token)
+        self.opened: list[Listener] = []
+
+    def _open(self, server: Listener) -> tuple[str, int]:
+        from macromicro.serve import hosts
+
+        self.opened.append(self._stack.enter_context(server))
         bound, port = server.address
-        return hosts.reached(doors.host, bound), port
+        return hosts.reached(self._doors.host, bound), port
 
-    if doors.scpi >= 0:
-        from macromicro.serve.scpi.server import Server
-
-        host, port = opened(Server(station, doors.host, doors.scpi, token=token, folder=folder))
-        print(f"SCPI: {host} port {port}")
-    if doors.gcs >= 0:
-        from macromicro.serve.gcs.server import GcsServer
-
-        host, port = opened(GcsServer(station, doors.host, doors.gcs, token=token))
-        print(f"GCS: {host} port {port}")
-    if doors.epics is not None:
-        from macromicro.serve.epics.server import EpicsServer
-
-        records = EpicsServer(station, doors.epics, token)
-        opened(records)
-        print(f"EPICS: {records.prefix} at {records.address[0]} port {records.address[1]}")
-    if doors.web >= 0:
+    def open_page(self) -> str:
+        """Its address, or "" without a page."""
+        doors = self._doors
+        if doors.web < 0:
+            return ""
+        from macromicro.serve import hosts
         from macromicro.serve.web.server import WebServer
 
-        page = WebServer(station, doors.host, doors.web, token, folder=folder, names=doors.names)
-        print(f"page: {hosts.url(*opened(page))}")
-    return servers
+        where, names = (doors.host, doors.web), doors.names
+        page = WebServer(self._station, *where, self._token, folder=self._folder, names=names)
+        return hosts.url(*self._open(page))
+
+    def open_others(self) -> None:
+        station, doors, token = self._station, self._doors, self._token
+        if doors.scpi >= 0:
+            from macromicro.serve.scpi.server import Server
+
+            scpi = Server(station, doors.host, doors.scpi, token=token, folder=self._folder)
+            host, port = self._open(scpi)
+            print(f"SCPI: {host} port {port}")
+        if doors.gcs >= 0:
+            from macromicro.serve.gcs.server import GcsServer
+
+            host, port = self._open(GcsServer(station, doors.host, doors.gcs, token=token))
+            print(f"GCS: {host} port {port}")
+        if doors.epics is not None:
+            from macromicro.serve.epics.server import EpicsServer
+
+            records = EpicsServer(station, doors.epics, token)
+            self._open(records)
+            print(f"EPICS: {records.prefix} at {records.address[0]} port {records.address[1]}")

@@ -93,7 +93,7 @@ def excite(
             break
     if len(records) < STROKES:
         raise CommissionError(
-            "hardly a stroke stayed within the window and the speed limit. Allow a wider "
+            "almost no stroke stayed within the window and the speed limit. Allow a wider "
             "window, a higher --speed, or a shorter control period"
         )
     return records

@@ -249,7 +249,7 @@ def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple
     leant = _lifted(stand, free, (end,), speed, lifted)
     if leant is None:
         raise CommissionError(
-            f"the axis stands at an end, and {caution.effort:.3g} V do not bring it off. Turn "
+            f"the axis stands at an end, and {caution.effort:.3g} V do not move it away. Turn "
             "it away, or allow a larger --effort"
         )
     return leant, direction(stand, caution, True)

@@ -212,7 +212,7 @@ def ramp(work: Work) -> list[Record]:
     record = stand.drive(law, 3.0 * RISE, _wide(work))
     if not law.contracted:
         raise CommissionError(
-            f"the wire goes on contracting up to {record.u.max():.3g} V. Allow a larger "
+            f"the wire still contracts at {record.u.max():.3g} V. Allow a larger "
             "--effort to show its full travel, or a wider window, --from and --to"
         )
     cooled(stand, least, work, law.start, float(record.x.max()) - law.start)

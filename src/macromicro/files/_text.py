@@ -412,7 +412,9 @@ def _judge(
         at = f"{where}, line {line}, {printable(name)}"
         if len(bad) > _MOST_UNREAD * rows:
             raise InputError(at, cell, "a number, nan, or nothing")
-        warnings.warn(f"{at}: {cell!r} is no number{_more(bad)}", UnreadLinesWarning, stacklevel=2)
+        warnings.warn(
+            f"{at}: {cell!r} is not a number{_more(bad)}", UnreadLinesWarning, stacklevel=2
+        )
     if not unread:
         return
     line, reason = unread[0]

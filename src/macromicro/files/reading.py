@@ -78,7 +78,7 @@ def _begin(path: Path) -> bytes:
     if not path.is_file():
         if path.is_dir():
             raise ProblemError(printable(path, 300), "this is a directory", f"Name a file: {WHAT}.")
-        found = "this is no file" if path.exists() else "no such file"
+        found = "this is not a file" if path.exists() else "no such file"
         raise ProblemError(printable(path, 300), found, f"Name {WHAT}.")
     with path.open("rb") as file:
         return file.read(32)

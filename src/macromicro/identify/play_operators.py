@@ -157,7 +157,7 @@ def load_plays(path: str | Path) -> Loop:
         found = Loop(prandtl.operator(*numbers), data["lag"])
     except (KeyError, TypeError, ValueError):  # no JSON, or another program's
         raise ProblemError(
-            where, "the file is no result of `identify plays`", f"Name {_WHAT}."
+            where, "the file is not a result of `identify plays`", f"Name {_WHAT}."
         ) from None
     if kind != "plays":
         raise ProblemError(

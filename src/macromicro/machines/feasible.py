@@ -59,8 +59,8 @@ def _force(tree: Any) -> Iterator[Checked]:
         held >= sheets.SPARE * most,
         "friction.coulomb",
         tree.friction.coulomb,
-        f"friction and weight below {sheets.SPARE * most:.4g} {newton}, {sheets.SPARE:.0%} of what "
-        f"the motor can at {sheets.current(tree):.3g} A; this axis takes {held:.4g} {newton} to "
+        f"friction and weight below {sheets.SPARE * most:.4g} {newton}, {sheets.SPARE:.0%} of the "
+        f"motor's capacity at {sheets.current(tree):.3g} A; this axis takes {held:.4g} {newton} to "
         "start",
     )
     needed = sheets.mass(tree) * tree.motion.acceleration + held

@@ -44,7 +44,7 @@ class Stream:
             return NOT_FOLLOWING
         now = at = time.monotonic()
         if abs(stamp) > LATEST:
-            return Refused("the time of a set point is no time", f"up to {LATEST:g} s", True)
+            return Refused("the time of a set point is not a time", f"up to {LATEST:g} s", True)
         if math.isfinite(stamp):
             if stamp <= self._stamp:
                 return None

@@ -127,7 +127,7 @@ def unwritable(folder: Path) -> str:
     while not place.exists() and place != place.parent:
         place = place.parent
     if not place.is_dir():
-        return f"{place} is no folder"
+        return f"{place} is not a folder"
     try:  # permissions alone tell of no file system that takes no files
         tempfile.TemporaryFile(dir=place).close()
     except OSError as error:

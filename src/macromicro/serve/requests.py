@@ -302,7 +302,7 @@ STREAMED: tuple[RequestType, ...] = (
         "point",
         m.SetPoint,
         "FOLLow:POINt",
-        "Set point of a FOLLow, which goes on with the velocity (0 unless given) until the next "
+        "Set point of a FOLLow, which continues with the velocity (0 unless given) until the next "
         "one; beyond the soft limits it is clipped.",
         (
             Field("position", "m", -10.0, 10.0),

@@ -49,6 +49,7 @@ class Station(Observed):
     ) -> None:
         super().__init__(rig, seed, settings or LiveSettings(), state, machine)
         self._serve = self.settings.serve
+        self.started = False  # has its first period read the sensors?
         self._attending: Future[Any] | None = None
         self._ended = asyncio.Event()
         self._stream = Stream()
@@ -73,6 +74,7 @@ class Station(Observed):
         deadline = time.monotonic() + FIRST_S  # a rig may be silent: the snapshot says so
         while not self.snapshot().pace.periods and time.monotonic() < deadline:
             time.sleep(1e-3)
+        self.started = True
 
     def stop(self) -> None:
         """Decelerate, make the outputs safe, end the loop process and the recording."""

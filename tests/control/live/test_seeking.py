@@ -336,7 +336,7 @@ def test_a_switch_that_never_comes_is_told_with_the_reason() -> None:
     stage.run(8000)
     ends = [n for n in stage.notices if isinstance(n, m.Finished)]
     assert ends[0].outcome == m.STALLED and not stage.s.frame.trusted
-    assert ends[0].evidence["reason"] == "it stands before the switch is on again"
+    assert ends[0].evidence["reason"] == "it came to rest before the switch was on again"
 
 
 def test_a_switch_that_stays_on_while_it_stands_is_told() -> None:
@@ -347,7 +347,7 @@ def test_a_switch_that_stays_on_while_it_stands_is_told() -> None:
     stage.run(1000)
     ends = [n for n in stage.notices if isinstance(n, m.Finished)]
     assert [e.outcome for e in ends] == [m.STALLED]
-    assert ends[0].evidence["reason"] == "it stands, and the switch stays on"
+    assert ends[0].evidence["reason"] == "it came to rest with the switch still on"
 
 
 def test_a_search_is_given_its_patience() -> None:

@@ -76,7 +76,7 @@ def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     toml = tomllib.loads(found.toml)["linear"]
     assert toml["a"] == pytest.approx(list(fit.a)) and toml["b"] == pytest.approx(list(fit.b))
     assert (toml["delay"], toml["dt"], toml["method"]) == (1, DT, fit.method)
-    assert "# Not for `macromicro run --config`: the bench is no linear model.\n" in found.toml
+    assert "# Not for `macromicro run --config`: the bench is not a linear model.\n" in found.toml
     assert "# mm per V" in found.toml and "# samples from u to y" in found.toml
     assert f"# free-run fit {fit.fit:.2f} %" in found.toml
     assert found.data["gain"] == fit.gain and found.data["fit_percent"] == fit.fit

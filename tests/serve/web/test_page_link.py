@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from page_parts import Page
@@ -95,6 +96,21 @@ def test_stops_without_a_server_name_the_machines_own_switch(
         left.says("Connected again.")
         assert "NOT CONFIRMED" not in left.text("#status")
     left.shape(DESK)
+
+
+def test_a_page_of_a_machine_that_starts_waits_for_it(
+    driver: Any, fake: Any, tmp_path: Path
+) -> None:
+    fake.started = False
+    with WebServer(fake, port=0, folder=tmp_path) as server:
+        page = Page(driver, server, fake)
+        driver.get(server.url)
+        until(lambda: page.text("#link") == "starting")
+        assert "The machine is starting; nothing moves." in page.text("#alarm-list")
+        fake.started = True
+        until(lambda: page.text("#link") == "connected")
+        until(lambda: "starting" not in page.text("#alarm-list"))
+        assert page.text("#status") == ""
 
 
 def test_an_emergency_stop_does_not_wait_for_the_next_try(page: Page, profile: Path) -> None:

@@ -504,6 +504,21 @@ def test_it_starts_and_stops_and_tells_the_station(fake: Station, tmp_path: Any)
         Client(server.address[1], {}).close()
 
 
+def test_it_says_that_its_station_is_starting(client: Make, fake: Station) -> None:
+    fake.started = False
+    with pytest.raises(ConnectionClosed, match=r"4001 .* the machine is starting"):
+        client()
+    fake.started = True
+    assert until(lambda: welcomed(client)).order("take")["ok"]
+
+
+def welcomed(client: Make) -> Client | None:
+    try:
+        return client({})
+    except ConnectionClosed:
+        return None
+
+
 def test_every_message_is_strict_json(client: Make, fake: Station) -> None:
     viewer = client()
     fake.told.append(m.Event(math.nan, "mode", "", "ready", "x", {"a": math.inf, "b": (1, None)}))

@@ -45,9 +45,7 @@ def test_a_row_for_each_fault_and_a_line_for_what_is_unexplained() -> None:
         Round("laser-lost", 0, math.nan, "", "done"),
     ]
     text = table.section("Head.", [table.two_stage(campaign(), rounds, ["a surprise"])])
-    assert (
-        "| encoder-jump: the counter jumps by 500 counts | 2 | 2 | 1.0 | 2.0 | It jumped. |" in text
-    )
+    assert "| encoder-jump | 2 | 2 | 1.0 | 2.0 | It jumped. |" in text
     assert "| 1 | 0 | - | - | nothing |" in text
     assert "- Unexplained: 1." in text and "- **unexplained**: a surprise" in text
 

@@ -27,6 +27,9 @@ def test_the_pages_are_few_and_short() -> None:
     assert len(GUIDES) <= 31
     words = sum(len(re.findall(r"[^\s|]+", TEXTS[name])) for name in GUIDES)
     assert words <= 45_000
+    results = [name for name in TEXTS if "/validation/" in name]
+    assert len(results) <= 16
+    assert sum(len(re.findall(r"[^\s|]+", TEXTS[name])) for name in results) <= 25_000
 
 
 @pytest.mark.parametrize("page", [n for n in TEXTS if n.startswith("docs/") or n == "README.md"])
@@ -88,14 +91,10 @@ def test_each_paragraph_of_equations_names_a_function() -> None:
 
 
 @pytest.mark.parametrize("figure", FIGURES)
-def test_every_figure_is_in_the_gallery_with_its_script(figure: str) -> None:
-    """Which make runs, and the gallery names; diagrams are drawn by hand."""
-    gallery = TEXTS["docs/validation/gallery.md"]
-    part = re.search(rf"figures/{figure}\)(?:(?!\n## ).)*", gallery, re.DOTALL)
-    assert part is not None
-    if figure.endswith(".svg") and "drawn by hand" in part[0]:
-        return
-    named = re.findall(r"docs/(make_\w+\.py)", part[0])
-    assert any(figure in (ROOT / "docs" / n).read_text(encoding="utf-8") for n in named), named
+def test_every_figure_is_on_a_page_and_drawn_by_a_script(figure: str) -> None:
+    """Which make runs; diagrams may be drawn by hand."""
+    assert any(f"figures/{figure})" in text for text in TEXTS.values())
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert set(named) <= set(re.findall(r"docs/(make_\w+\.py)", makefile))
+    makers = [ROOT / name for name in set(re.findall(r"docs/make_\w+\.py", makefile))]
+    drawn = any(figure in maker.read_text(encoding="utf-8") for maker in makers)
+    assert drawn or figure.endswith(".svg")

@@ -28,11 +28,11 @@ HOLDS, LOOKS = 2.5e-3, 2  # s, and looks; a switch that says the same for longer
 TRIES = 4  # times that an edge or pulse may be found elsewhere
 SAME = 2.5  # counts between two findings of one pulse
 _WHY = {
-    SEEK: "it stands, and no switch was on",
-    RISE: "it stands, and the switch stays on",
-    UP: "it stands above, and no switch was on",
-    EDGE: "it stands before the switch is on again",
-    PULSE: "it stands, and no index pulse came",
+    SEEK: "it came to rest, and no switch was on",
+    RISE: "it came to rest with the switch still on",
+    UP: "it came to rest above, and no switch was on",
+    EDGE: "it came to rest before the switch was on again",
+    PULSE: "it came to rest, and no index pulse came",
 }
 Step = tuple[LiveState, Guided, tuple[Notice, ...]]
 

@@ -178,7 +178,7 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
     )
     remarks = [
         ("on held-out data", f"RMS {fit.holdout_rms:.4g} {records.place}"),
-        ("method", f"{method}, the surer one"),
+        ("method", f"{method}, the more accurate one"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", tried),
         drive_words.slow("offset"),

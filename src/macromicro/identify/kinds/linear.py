@@ -269,7 +269,7 @@ def data(fit: LinearFit) -> dict[str, Any]:
 
 def coefficients_toml(fit: LinearFit, in_unit: str, out_unit: str) -> str:
     head = "A linear model y = (b1 z^-1 + ...) / (1 + a1 z^-1 + ...) u, for other programs.\n"
-    head += "Not for `macromicro run --config`: the bench is no linear model."
+    head += "Not for `macromicro run --config`: the bench is not a linear model."
     values: dict[str, tuple[model_file.Value, str]] = {
         "a": (fit.a.tolist(), "without the leading 1"),
         "b": (fit.b.tolist(), f"{out_unit} per {in_unit}"),

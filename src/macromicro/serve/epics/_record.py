@@ -321,4 +321,4 @@ class Record:
 async def _positive(value: Any) -> None:
     """Check a value that is only stored."""
     if not (math.isfinite(value) and value > 0.0):
-        raise MoveError(f"{value:g} is no distance or speed; use a number above 0")
+        raise MoveError(f"{value:g} is not a distance or speed; use a number above 0")

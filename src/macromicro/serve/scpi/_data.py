@@ -140,7 +140,7 @@ def _based(message: bytes, place: int) -> tuple[Element, int]:
     start = place + 2 + int(head)
     length = message[place + 2 : start]
     if len(length) < int(head) or not length.isdigit():
-        raise ScpiError(-161, "its length is no number")
+        raise ScpiError(-161, "its length is not a number")
     end = start + int(length)
     if end > len(message):
         raise ScpiError(-161, "shorter than it says")

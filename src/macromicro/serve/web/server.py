@@ -7,7 +7,7 @@ import socket
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from macromicro.serve.door._monitor import prepare
 from macromicro.serve.guesses import Guesses, Token
@@ -24,13 +24,17 @@ if TYPE_CHECKING:
     from macromicro.serve.web._context import Context
 
 LOOK_S = 0.1
+STARTING = 4001, "the machine is starting"
 _LOG = logging.getLogger("macromicro.web")
 _LOG.addHandler(logging.NullHandler())
 _LOG.propagate = False
 
 
 class WebServer(Listener):
-    """The web page of a station; a context manager. `url` is where to look."""
+    """The web page of a station; a context manager. `url` is where to look.
+
+    It may listen before the station has started: until then the page says that it starts.
+    """
 
     def __init__(
         self,
@@ -55,6 +59,7 @@ class WebServer(Listener):
         self._station = station
         self._gate = Gate([*names, host])
         self._folder, self._table = folder, table
+        self._context: Context | None = None
 
     @property
     def url(self) -> str:
@@ -64,9 +69,7 @@ class WebServer(Listener):
         from websockets.asyncio import server  # noqa: F401 - needed by `_listen`
 
         from macromicro.serve.web import _connection  # noqa: F401 - needed by `_view`
-        from macromicro.serve.web._context import Context
 
-        self._context = Context(self._station, self._token, self._folder, self._table, self._bounds)
         if not is_loopback(self._where[0]):
             name = socket.gethostname()
             self._gate.answer_to(name)
@@ -81,23 +84,36 @@ class WebServer(Listener):
             self._gate.answer_to(full)
 
     async def _serve(self) -> None:
-        context = self._context
         try:
-            await context.look()
-            server = await self._listen(context)
+            await self._look()
+            server = await self._listen()
             bound = server.sockets[0].getsockname()
             self._listening(bound[0], bound[1])
             with contextlib.suppress(asyncio.CancelledError):
                 while True:
                     await asyncio.sleep(LOOK_S)
-                    await context.look()
-                    context.sessions.tidy()
+                    await self._look()
             server.close()
             await server.wait_closed()
         finally:
-            context.sessions.close()
+            if self._context is not None:
+                self._context.sessions.close()
+                self._context = None
 
-    async def _listen(self, context: Context) -> Server:
+    async def _look(self) -> None:
+        """Update what all viewers see, once the station has started."""
+        from macromicro.serve.web._context import Context
+
+        if not self._station.started:
+            return
+        context = self._context or Context(
+            self._station, self._token, self._folder, self._table, self._bounds
+        )
+        await context.look()
+        context.sessions.tidy()
+        self._context = context
+
+    async def _listen(self) -> Server:
         from websockets.asyncio.server import serve
 
         from macromicro.serve.web._http import Files
@@ -106,12 +122,9 @@ class WebServer(Listener):
         check_port(port)
         files, bounds = Files(self._gate), self._bounds
 
-        async def view(connection: ServerConnection) -> None:
-            await self._view(context, connection)
-
         try:
             return await serve(
-                view,
+                self._view,
                 host,
                 port,
                 process_request=lambda _, request: files.respond(request),
@@ -125,9 +138,13 @@ class WebServer(Listener):
         except OSError as error:
             raise refused(host, port, error) from None
 
-    async def _view(self, context: Context, opened: Any) -> None:
+    async def _view(self, opened: ServerConnection) -> None:
         from macromicro.serve.web._connection import PageConnection
 
+        context = self._context
+        if context is None:
+            await opened.close(*STARTING)
+            return
         prepare(opened.transport.get_extra_info("socket"))
         connection = PageConnection(context, opened)
         context.capacity.arrive(connection)

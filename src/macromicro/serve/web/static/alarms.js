@@ -9,9 +9,7 @@ export class Alarms {
 
   // now: the state; link: the connection.
   show(now, link) {
-    const list = link.welcome ? this.of(now) : [link.elsewhere
-      ? ["This page is active in another tab.", "\"Use it here\" takes it back. STOP and EMERGENCY work in this tab, too.", true]
-      : ["The page has no connection to the server.", "The values shown are old. The page reconnects by itself; to stop the machine, use its own switch.", false]];
+    const list = link.welcome ? this.of(now) : [unconnected(link)];
     $("here").hidden = !link.elsewhere;
     $("clear").hidden = !now.fault || !now.running || !link.welcome;
     const text = JSON.stringify(list);
@@ -27,7 +25,7 @@ export class Alarms {
     else if (now.running === false) list.push(["The loop process does not run.", "Start the server again.", false]);
     if (now.running && now.age_s > 0.5) list.push(["No report from the loop for more than half a second.", "Make an emergency stop; see the server's terminal.", false]);
     if (now.recording?.error) list.push([`The recording ended early: ${now.recording.error}`, "Free disk space and record again.", true]);
-    if (now.running && this.missing(now)) list.push(["The loop has missed more than 5 % of its periods within a second.", "Close other programs; see macromicro latency.", true]);
+    if (now.running && this.missing(now)) list.push(["The loop has missed more than 5 % of its periods within a second.", "Close other programs; macromicro doctor --seconds 10 measures it.", true]);
     if (now.running && !now.trusted) list.push([`The position is not known (${now.trust}).`, "Enable, then home.", true]);
     return list;
   }
@@ -37,6 +35,13 @@ export class Alarms {
     if (now.pace.share > 0.05) this.missedAt = performance.now();
     return performance.now() - this.missedAt < 10000;
   }
+}
+
+function unconnected(link) {
+  if (link.starting) return ["The machine is starting; nothing moves.", "Wait. The first time, its code is compiled: about 10 s, longer on a busy computer.", true];
+  return link.elsewhere
+    ? ["This page is active in another tab.", "\"Use it here\" takes it back. STOP and EMERGENCY work in this tab, too.", true]
+    : ["The page has no connection to the server.", "The values shown are old. The page reconnects by itself; to stop the machine, use its own switch.", false];
 }
 
 function box([what, remedy, mild, evidence]) {

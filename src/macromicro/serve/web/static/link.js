@@ -1,7 +1,7 @@
 // The connection to the server: orders with replies, frames of telemetry, coming back by itself.
 
 const HEADER = 80;
-const TAKEN_OVER = 4000;
+const TAKEN_OVER = 4000, STARTING = 4001;
 const URGENT_MS = 3000; // then a stop without an answer is reported
 const NOT_HERE = { ok: false, reason: "no connection", remedy: "use the machine's own switch" };
 
@@ -19,6 +19,7 @@ export class Link {
     this.welcome = null;
     this.socket = null;
     this.elsewhere = false; // another tab has this page's session
+    this.starting = false; // the server waits for its machine
     this.timer = 0;
     this.hoping = []; // those who wait for a connection
   }
@@ -158,6 +159,7 @@ export class Link {
   closed(event) {
     this.welcome = null;
     this.elsewhere = event.code === TAKEN_OVER;
+    this.starting = event.code === STARTING;
     for (const resolve of this.waiting.values()) {
       resolve({ ok: false, lost: true, reason: "the connection was lost", remedy: "see the state" });
     }
@@ -167,6 +169,6 @@ export class Link {
     this.hope(false);
     if (this.elsewhere) return;
     this.timer = setTimeout(() => this.open(), this.wait);
-    this.wait = Math.min(this.wait * 2, 4000);
+    if (!this.starting) this.wait = Math.min(this.wait * 2, 4000);
   }
 }

@@ -147,8 +147,8 @@ function suit(server) {
 }
 
 function closed(elsewhere, reason) {
-  $("link").className = "badge bad";
-  $("link").textContent = elsewhere ? "open in another tab" : "no connection";
+  $("link").className = link.starting ? "badge warn" : "badge bad";
+  $("link").textContent = elsewhere ? "open in another tab" : link.starting ? "starting" : "no connection";
   $("mode").textContent = "unknown";
   $("mode").className = "badge bad";
   set("trust", "");
@@ -157,9 +157,9 @@ function closed(elsewhere, reason) {
   trusting();
   permit();
   alarms();
-  if (elsewhere) say(""); // the alarm says it
+  if (elsewhere || link.starting) say(""); // the alarm says it
   else if (reason && !lost) say(`Connection closed: ${reason}.`, true);
-  lost = true;
+  lost = !link.starting;
 }
 
 function tidings(items) {
@@ -254,7 +254,7 @@ function words(now) {
     `${length.short(micro_low * 1e-3)} to ${length.short(micro_high * 1e-3)} ${length.name}`;
   set("limits", `Soft limits: ${length.short(whole_low)} to ${length.short(whole_high)} ${length.name}${both}`);
   const mine = link.welcome && now.holder === link.welcome.client;
-  set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "Nobody holds control");
+  set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "No client holds control");
   $("fan").setAttribute("aria-pressed", String(now.fan));
   const plane = now.plane;
   set("plane-words", `Now ${plane.u.toFixed(1)} degC` +
