@@ -22,6 +22,7 @@ from tests.firmware.built import Bench, Wire, elf, needs_avr
 
 pytestmark = needs_avr
 LONGEST = 20_000  # periods
+EITHER = pytest.mark.parametrize("loop", [pytest.param("host", marks=pytest.mark.slow), "board"])
 
 
 def _wire() -> Wire:
@@ -93,7 +94,7 @@ class Driven:
         raise AssertionError(self.said)
 
 
-@pytest.mark.parametrize("loop", LOOPS)
+@EITHER
 def test_homing_takes_the_lower_switch_for_the_stop(loop: str) -> None:
     wire = _wire()
     driven = Driven(wire, loop)
@@ -109,7 +110,7 @@ def test_homing_takes_the_lower_switch_for_the_stop(loop: str) -> None:
     assert wire.bench.state.macro.x == pytest.approx(SWITCHES[0] + away, abs=10 * pitch)
 
 
-@pytest.mark.parametrize("loop", LOOPS)
+@EITHER
 def test_a_jog_into_a_switch_stalls_as_at_a_stop_and_one_away_goes_on(loop: str) -> None:
     wire = _wire()
     driven = Driven(wire, loop)

@@ -33,7 +33,7 @@ def _fixture(wire: Wire, *, both: bool) -> Fixture:
     return Fixture("board:simulated", BENCH, make, make(0).channels, 1e-3)
 
 
-@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize("both", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_it_keeps_to_the_contract_of_rigs_with_one_stage_and_with_two(both: bool) -> None:
     found = {each.what: each for each in check(_fixture(_wire(), both=both))}
     # How many periods a simulator misses is this computer's affair, not the board's.

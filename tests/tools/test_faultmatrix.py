@@ -84,9 +84,9 @@ def slide(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     ("fault", "mode", "verdict"),
     [
         ("none", "holding", HARMLESS),
-        ("none", "jogging", HARMLESS),
-        ("encoder-dither", "moving", HARMLESS),
-        ("encoder-silent", "moving", SAFE_),
+        pytest.param("none", "jogging", HARMLESS, marks=pytest.mark.slow),
+        pytest.param("encoder-dither", "moving", HARMLESS, marks=pytest.mark.slow),
+        pytest.param("encoder-silent", "moving", SAFE_, marks=pytest.mark.slow),
         ("motor-dead", "jogging", SAFE_),
         ("motor-dead", "disabled", UNSEEN),
     ],

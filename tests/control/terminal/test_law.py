@@ -53,6 +53,7 @@ class Carriage:
         return [(self.period(aim), self.memory.mode) for _ in range(periods)]
 
 
+@pytest.mark.slow
 def test_it_keeps_the_contract_of_laws():
     assert contract.broken(TERMINAL) == []
 
