@@ -67,16 +67,21 @@ def test_a_stage_is_calibrated_from_where_it_stands(
 ) -> None:
     monkeypatch.setattr(calibrating, "POSITIONS", 12)
     machine, settings = compositions.load(file)
-    asked = []
+    asked: list[tuple[str, str]] = []
+    done: list[str] = []
     with Session(Referenced(machine.kind, settings, 1), 1e-3) as session:
         stand = Stand(session, 1e-3, float(settings.encoder.pitch))
         assert stand.position() == 0.0
-        on = (Shifted(stand),)
         found = calibrating.calibrated(
-            machine, settings, on, 1, lambda title, intent: asked.append((title, intent))
+            machine,
+            settings,
+            (Shifted(stand),),
+            seed=1,
+            ask=lambda title, intent: asked.append((title, intent)),
+            done=done.append,
         )
     ((title, intent),) = asked
-    assert title == "calibration" and "12 positions" in intent
+    assert done == [title] == ["calibration"] and "12 positions" in intent
     assert found.settings.correction.period == pytest.approx(5e-3)
     assert np.hypot(*found.settings.correction.waves[:2]) == pytest.approx(20e-6, rel=0.1)
     assert np.std(found.verified.deviation) < 0.2 * np.std(found.before.deviation)

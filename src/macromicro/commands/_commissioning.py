@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,11 +14,8 @@ import typer
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.calibration.procedure import Calibration
-    from macromicro.commission._verifying import Shifted
     from macromicro.commission.procedure import Options
     from macromicro.commission.running import Calibrate, Commissioned, Place
-    from macromicro.machines.composite import AnyMachine
 
 KIND = "two_stage"
 _BOTH_BYTES = 400_000_000
@@ -117,14 +115,9 @@ def show_rows(rows: Iterable[tuple[str, ...]]) -> None:
 
 def _calibration(steps: Steps, seed: int) -> Calibrate:
     """The step that calibrates."""
-    from macromicro.commission import calibrating
+    from macromicro.commission.calibrating import calibrated
 
-    def calibrate(machine: AnyMachine, settings: Any, on: tuple[Shifted, ...]) -> Calibration:
-        found = calibrating.calibrated(machine, settings, on, seed, steps.ask)
-        steps.done(calibrating.TITLE)
-        return found
-
-    return calibrate
+    return partial(calibrated, seed=seed, ask=steps.ask, done=steps.done)
 
 
 def _written(found: Any, out: Path, kinds: Sequence[str]) -> Any:

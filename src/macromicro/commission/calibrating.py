@@ -55,6 +55,7 @@ def calibrated(
     on: tuple[Shifted, ...],
     seed: int,
     ask: Callable[[str, str], None],
+    done: Callable[[str], None],
 ) -> Calibration:
     """Calibrate against the channel of the reference."""
     period = composite.period(machine, settings)
@@ -63,7 +64,9 @@ def calibrated(
     what = (machine, settings, instrument(kind), POSITIONS, RUNS, seed)
     request = Request(*what, rigs=rigs)
     ask(TITLE, procedure.intent(request))
-    return procedure.calibrate(request)
+    found = procedure.calibrate(request)
+    done(TITLE)
+    return found
 
 
 def included(toml: str) -> str:
