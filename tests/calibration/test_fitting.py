@@ -89,6 +89,14 @@ def test_a_growth_since_the_start_is_found_without_a_temperature(constant: float
     assert found.correction.warm_until == made.t[-1] and found.residual < 0.3e-6
 
 
+@pytest.mark.parametrize("seed", [0, 6, 16])
+def test_a_reference_that_drifts_is_no_growth(seed: int) -> None:
+    made, random = data(200 + seed), np.random.default_rng(seed)
+    drift = 3.0 * 0.2e-6 * np.cumsum(random.standard_normal(len(made.t))) / math.sqrt(60.0)
+    found = fitting.fit(made._replace(deviation=made.deviation + drift), [4e-3])
+    assert found.model.time == 0.0 and found.correction.warm_up == 0.0
+
+
 def test_a_period_that_nobody_names_is_found() -> None:
     found = fitting.fit(data(2), [])
     assert found.model.period == pytest.approx(4e-3, rel=2e-3)

@@ -47,6 +47,12 @@ def folder(tmp_path: Path) -> Path:
         (("--rig", "mylab:bench", "--pitch", "5 V"), "--pitch"),
         (("--rig", "mylab:bench", "--pitch", "100 um"), "--effort"),
         (("--rig", "mylab:bench", "--config", "x.toml"), "--config"),
+        (("--calibrate",), "the carriage of the two-stage machine is not calibrated"),
+        (("--calibrate", "--kind", "two_stage"), "--calibrate: not allowed"),
+        (
+            ("--rig", "mylab:bench", "--pitch", "1 um", "--effort", "8 V", "--calibrate"),
+            "--calibrate needs laser",
+        ),
         (("--creep", "9 m/s"), "--creep"),
         (("--from", "-5 mm"), "both, or none"),
         (("--ends", "none"), "--ends: only with --rig"),

@@ -24,6 +24,9 @@ DRIFT = 60.0  # s between the corners of the reference's drift
 FREQUENCIES = 4  # of a spectrum, for each resolved one
 
 
+GROWTH = "growth after the start"
+
+
 class Estimate(NamedTuple):
     """A parameter with the half width of its 95 % interval."""
 
@@ -254,7 +257,14 @@ def _refined(x: Array, left: Array, length: float, cycles: float) -> float:
 def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     """The correction of one stage; `periods` are those that its drive suggests, m."""
     data = _on_drive(data, Model(2, 1, 0.0, 2 if data.other is not None else 0, False))
-    model = chosen(data, periods)
+    found = _fitted(data, chosen(data, periods), other)
+    growth = [each for each in found.estimates if each.name == GROWTH]
+    if growth and abs(growth[0].value) < growth[0].half:  # it may be none, and would be used later
+        return _fitted(data, found.model._replace(time=0.0), other)
+    return found
+
+
+def _fitted(data: Data, model: Model, other: str) -> Fit:
     data = _on_drive(data, model)
     columns = _columns(data, model)
     found = solved(columns.matrix, data.deviation)
@@ -362,7 +372,7 @@ def _estimates(
     if model.time > 0.0:
         k = columns.parts["warming"].start
         half = factor * float(errors[k])
-        rows.append(Estimate("growth after the start", float(found[k]), half, "1"))
+        rows.append(Estimate(GROWTH, float(found[k]), half, "1"))
     if "across" in columns.parts and model.across == 2:
         k = columns.parts["across"].start
         across = 1.0 / (data.other_span[1] - data.other_span[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,10 +15,11 @@ from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from macromicro.commission.procedure import Options
-    from macromicro.commission.running import Commissioned, Place
+    from macromicro.commission.running import Calibrate, Commissioned, Place
 
 KIND = "two_stage"
 _BOTH_BYTES = 400_000_000
+_HINT = "with a reference beside the stage, also: --calibrate --resume"
 
 
 class Steps(NamedTuple):
@@ -111,28 +113,66 @@ def show_rows(rows: Iterable[tuple[str, ...]]) -> None:
         print(f"{name:{width}} {value:>12} {unit:10} {remark}".rstrip())
 
 
-def one_stage(place: Place, options: Options, out: Path, seed: int, kinds: Sequence[str]) -> Task:
+def _calibration(steps: Steps, seed: int) -> Calibrate:
+    """The step that calibrates."""
+    from macromicro.commission.calibrating import calibrated
+
+    return partial(calibrated, seed=seed, ask=steps.ask, done=steps.done)
+
+
+def _written(found: Any, out: Path, kinds: Sequence[str]) -> Any:
+    """A result whose calibration is written and whose machine's file includes it."""
+    from macromicro.calibration import files
+    from macromicro.commission import calibrating
+
+    if found.calibration is None:
+        return found
+    files.write(out, found.calibration, kinds)
+    return found._replace(toml=calibrating.included(found.toml))
+
+
+def _calibrated(found: Any, out: Path, hint: str) -> tuple[list[str], str]:
+    """What a summary says of a calibration: its result, or how to do it."""
+    from macromicro.calibration import files
+
+    if found.calibration is None:
+        return [], hint
+    return [files.text(found.calibration), f"calibration: {out / files.PAGE}"], ""
+
+
+def one_stage(
+    place: Place,
+    options: Options,
+    out: Path,
+    seed: int,
+    kinds: Sequence[str],
+    *,
+    calibrate: bool,
+) -> Task:
+    from macromicro.calibration import files
     from macromicro.commission import report
     from macromicro.commission.running import commission
 
     def perform(steps: Steps) -> Commissioned:
         return commission(
-            place, options, out, seed=seed, ask=steps.ask, done=steps.done, ended=steps.ended
-        )
+            place, options, out, seed=seed, ask=steps.ask, done=steps.done, ended=steps.ended,
+            calibrate=_calibration(steps, seed) if calibrate else None,
+        )  # fmt: skip
 
     def summarize(found: Commissioned) -> Summary:
+        words, hint = _calibrated(found, out, _HINT)
         return Summary(
             report.rows(found, place),
             report.doubts(found, place),
-            [_arrived("verification", found.verified.moves, found.verified.asked)],
+            [_arrived("verification", found.verified.moves, found.verified.asked), *words],
             "" if found.verified.met else report.why(found),
-            f"with a reference: macromicro calibrate --config {out / report.MACHINE}",
+            hint,
         )
 
     def write(found: Commissioned, started: str) -> None:
-        report.write(out, found, place, started, kinds)
+        report.write(out, _written(found, out, kinds), place, started, kinds)
 
-    folders = {out: report.names(place.kind)}
+    folders = {out: (*report.names(place.kind), *files.FILES)}
     return Task(folders, report.BYTES, place.real, perform, write, summarize)
 
 
@@ -149,14 +189,20 @@ def two_axes(
     out: Path,
     seed: int,
     kinds: Sequence[str],
+    *,
+    calibrate: bool,
 ) -> Task:
     """Each axis from its encoder, then both in coordinated moves."""
+    from macromicro.calibration import files
     from macromicro.commission import plane, report
     from macromicro.machines.joint.settings import AXES
     from macromicro.report import plane as pages
     from macromicro.rig.opening import TWIN
 
-    pair, places = plane.virtual(config, seed) if rig == TWIN else plane.own(config, rig, seed)
+    if rig == TWIN:
+        pair, places = plane.virtual(config, seed, calibrate=calibrate)
+    else:
+        pair, places = plane.own(config, rig, seed, calibrate=calibrate)
     allowed = (options(places[0]), options(places[1]))
 
     def perform(steps: Steps) -> plane.Both:
@@ -166,6 +212,7 @@ def two_axes(
         return plane.commission(
             pair, places, allowed, out,
             ask=steps.ask, done=steps.done, ended=steps.ended, found=found,
+            calibrate=_calibration(steps, seed) if calibrate else None,
         )  # fmt: skip
 
     def summarize(both: plane.Both) -> Summary:
@@ -175,13 +222,15 @@ def two_axes(
         ]
         verified.append(_arrived("verification of both", both.moves, len(both.plan.legs)))
         why = "" if both.met else pages.why(both)
-        return Summary(pages.rows(both, places), pages.doubts(both, places), verified, why)
+        words, hint = _calibrated(both, out, _HINT)
+        found = (pages.rows(both, places), pages.doubts(both, places), [*verified, *words])
+        return Summary(*found, why, hint)
 
     def write(both: plane.Both, started: str) -> None:
-        pages.write(out, both, places, started, kinds)
+        pages.write(out, _written(both, out, kinds), places, started, kinds)
 
     each = {out / n: report.names(p.kind) for n, p in zip(AXES, places, strict=True)}
-    folders = {out: pages.FILES, **each}
+    folders = {out: (*pages.FILES, *files.FILES), **each}
     return Task(folders, report.BYTES, places[0].real, perform, write, summarize)
 
 

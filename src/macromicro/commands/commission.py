@@ -105,6 +105,13 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default="stops",
         ),
     ] = "",
+    calibrate: Annotated[
+        bool,
+        typer.Option(
+            "--calibrate",
+            help="Calibrate it as well, against channel laser of the rig or a simulated one.",
+        ),
+    ] = False,
     yes: Yes = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue after the last completed step.")
@@ -136,6 +143,8 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     task: Callable[..., _commissioning.Task]
     if kind == _commissioning.KIND:
         _refuse_single(figures, (pitch, lowest, *given, ends))
+        if calibrate:
+            raise ProblemError("--calibrate", f"not allowed with --kind {kind}")
         task = partial(_commissioning.two_stages, config, rig, kiln)
     elif kiln:
         raise ProblemError("--kiln", f"only with --kind {_commissioning.KIND}")
@@ -143,10 +152,13 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         if ends:
             raise ProblemError("--ends", "both axes of this machine are straight")
         options = partial(_options, given=given)
-        task = partial(_commissioning.two_axes, pair, rig, options, kinds=kinds)
+        task = partial(
+            _commissioning.two_axes, pair, rig, options, kinds=kinds, calibrate=calibrate
+        )
     else:
-        place = _endless(_place(config, rig, own, seed), ends)
-        task = partial(_commissioning.one_stage, place, _options(place, given), kinds=kinds)
+        place = _endless(_place(config, rig, own, seed, calibrate=calibrate), ends)
+        allowed = _options(place, given)
+        task = partial(_commissioning.one_stage, place, allowed, kinds=kinds, calibrate=calibrate)
     out = folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
     _commissioning.run(
         task(out=out, seed=seed), out, rig, overwrite=overwrite, resume=resume, yes=yes
@@ -195,7 +207,9 @@ def _pair(config: Path | None, rig: str, own: tuple[str, str, str]) -> Path | No
     return config
 
 
-def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
+def _place(
+    config: Path | None, rig: str, own: tuple[str, str, str], seed: int, *, calibrate: bool
+) -> Place:
     from macromicro.commission import kinds, places
     from macromicro.errors import ProblemError
     from macromicro.rig.opening import TWIN
@@ -207,7 +221,7 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
         for name, value in (("--pitch", pitch), ("--kind", kind), ("--lowest", lowest)):
             if value and not (name == "--kind" and mine):
                 raise ProblemError(name, _OWN)
-        return places.virtual(config, kind)
+        return places.virtual(config, kind, calibrate=calibrate)
     if config is not None:
         accepted = "with --rig only for a machine of two axes"
         raise ProblemError("--config", accepted)
@@ -219,7 +233,7 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
     kind = kind or "axis"
     unit = kinds.chosen(kind, "--kind").place
     way = quantity(pitch, unit.base, "--pitch", unit.fine)
-    return places.own(rig, way, seed, kind, below)
+    return places.own(rig, way, seed, kind, below, calibrate=calibrate)
 
 
 def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Options:

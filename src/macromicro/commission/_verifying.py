@@ -52,19 +52,22 @@ class Verified(NamedTuple):
 
 
 class Shifted:
-    """A rig with its zero at the present position, a positive effort counting up."""
-
-    channels = ("encoder",)
+    """A rig with its zeros at the present position, a positive effort counting up."""
 
     def __init__(self, stand: Stand) -> None:
         self._rig, self._sign, self._check = stand.rig, stand.sign, stand.check
         self._facing = stand.facing
         self._zero = stand.zero + round(self._facing * stand.position() / stand.pitch)
+        self._reference = float(stand.rig.read().laser)
+        self.channels = tuple(c for c in stand.rig.channels if c in ("encoder", "laser"))
         self.clock = stand.rig.clock
 
     def read(self) -> Sample:
         sample: Sample = self._rig.read()
-        return sample._replace(encoder=self._facing * (sample.encoder - self._zero))
+        return sample._replace(
+            encoder=self._facing * (sample.encoder - self._zero),
+            laser=self._facing * (sample.laser - self._reference),
+        )
 
     def write(self, outputs: Outputs) -> None:
         self._check()
@@ -94,13 +97,13 @@ def programme(settings: Any) -> Programme:
     return test_moves("verification", meaning, shares.tolist(), HOLD, settings)
 
 
-def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
-    return made(stand, machine, settings, programme(settings))
+def verify(on: Shifted, machine: machines.Machine, settings: Any) -> Verified:
+    return made(on, machine, settings, programme(settings))
 
 
-def made(stand: Stand, machine: machines.Machine, settings: Any, what: Programme) -> Verified:
+def made(on: Shifted, machine: machines.Machine, settings: Any, what: Programme) -> Verified:
     """Run any moves from the present position."""
-    done = runs.record(machine, settings, what, on=Shifted(stand), warn=False)
+    done = runs.record(machine, settings, what, on=on, warn=False)
     plan = planning.plan(what, settings)
     found = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
     fault = done.outcome.fault
@@ -144,7 +147,7 @@ def settling(stand: Stand, machine: machines.Machine, settings: Any) -> tuple[fl
     what = test_moves(
         "comparison", "moves by two sets of gains", COMPARED_SHARES, COMPARED_HOLD, settings
     )
-    done = made(stand, machine, settings, what)
+    done = made(Shifted(stand), machine, settings, what)
     if not done.met:
         return math.inf, done.fault
     return max(0.0, float(np.mean(results.settling(done.moves)))), ""

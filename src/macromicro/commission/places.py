@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from macromicro.calibration.request import CHANNEL
 from macromicro.commission import kinds
+from macromicro.commission.calibrating import Referenced
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Place
 from macromicro.errors import InputError, ProblemError
@@ -23,9 +25,12 @@ from macromicro.schema.text import printable
 from macromicro.settings import Settings
 
 
-def virtual(path: Path | None, kind: str = "") -> Place:
+def virtual(path: Path | None, kind: str = "", *, calibrate: bool = False) -> Place:
     """A virtual machine of which only pitch, period and D/A range are known."""
     if path is None or compositions.chosen(path).family == TURNS:
+        if calibrate:
+            problem = "the carriage of the two-stage machine is not calibrated"
+            raise ProblemError("--calibrate", problem, "Leave it out, or give another --config.")
         settings = Settings() if path is None else config.load_overrides(path, Settings())
         plant = bench.prepare(settings.bench, settings.sensors)
         return Place(
@@ -39,10 +44,11 @@ def virtual(path: Path | None, kind: str = "") -> Place:
     machine = machines.chosen(path)
     how = _of(path, machine.name, kind)
     stage, tree = machine.kind, machines.load(path)[1]
+    twin = Referenced if calibrate else rigs.CompiledTwin
     gains = tree.controller
     return Place(
         f"the machine of {path.name}",
-        lambda seed: rigs.CompiledTwin(stage, tree, seed),
+        lambda seed: twin(stage, tree, seed),
         tree.timing.period,
         tree.encoder.pitch,
         gains.high if how.one_way else gains.limit,
@@ -69,7 +75,13 @@ def _of(path: Path, machine: str, kind: str) -> Kind:
 
 
 def own(
-    name: str, pitch: float, seed: int, kind: str = "axis", lowest: float | None = None
+    name: str,
+    pitch: float,
+    seed: int,
+    kind: str = "axis",
+    lowest: float | None = None,
+    *,
+    calibrate: bool = False,
 ) -> Place:
     found = kinds.chosen(kind, "--kind")
     if lowest is not None and not found.one_way:
@@ -80,6 +92,8 @@ def own(
         )
     fixture = open_rig(name, seed, alone=True, limits=board_limits.UNKNOWN)
     fixture.need("commission", "encoder")
+    if calibrate:
+        fixture.need("--calibrate", CHANNEL)
     limit = math.nan if fixture.limits is None else fixture.limits.motor
     below = (lowest or 0.0) if found.one_way else None
     return Place(name, fixture.make, fixture.dt, pitch, limit, True, found, below)

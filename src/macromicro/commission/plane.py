@@ -11,10 +11,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro.calibration.request import CHANNEL
 from macromicro.commission import running
 from macromicro.commission._verifying import Shifted
+from macromicro.commission.calibrating import Referenced
 from macromicro.commission.procedure import Options
-from macromicro.commission.running import Commissioned, Place
+from macromicro.commission.running import Calibrate, Commissioned, Place
 from macromicro.machines import composite, compositions, on_rig, results, rig, runs
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.machine import XY_MACHINE
@@ -37,6 +39,7 @@ class Both(NamedTuple):
     recording: Recording
     moves: list[JointMove]  # those that began
     fault: str  # of a guard; "" for none
+    calibration: Any = None  # None: it was not calibrated
 
     @property
     def met(self) -> bool:
@@ -45,19 +48,24 @@ class Both(NamedTuple):
         return alone and not self.fault and arrived(self.moves) == len(self.plan.legs)
 
 
-def virtual(path: Path, seed: int) -> tuple[Rigs, tuple[Place, Place]]:
+def virtual(path: Path, seed: int, *, calibrate: bool = False) -> tuple[Rigs, tuple[Place, Place]]:
     """The simulated axes of a machine, of which only what a user would know is used."""
     stages = compositions.each(path)
-    twins = [rig.CompiledTwin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
+    twin = Referenced if calibrate else rig.CompiledTwin
+    twins = [twin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
     names = [f"axis {name} of the machine of {path.name}" for name in AXES]
     return _placed(Rigs(twins), names, [own for _, _, own in stages], real=False)
 
 
-def own(path: Path, name: str, seed: int) -> tuple[Rigs, tuple[Place, Place]]:
+def own(
+    path: Path, name: str, seed: int, *, calibrate: bool = False
+) -> tuple[Rigs, tuple[Place, Place]]:
     """Two user's rigs; a machine's file gives pitches, drives and period."""
     machine, settings = compositions.load(path)
     rigs = on_rig.found(name, machine, settings, seed, "commissioning both axes")
     assert rigs is not None
+    for one in rigs if calibrate else ():
+        one.need("--calibrate", CHANNEL)
     names = [f"axis {axis} on {one.name}" for axis, one in zip(AXES, rigs, strict=True)]
     pair, places = _placed(on_rig.opened(rigs, seed), names, machine.trees(settings), real=True)
     bounds = [math.inf if one.limits is None else one.limits.motor for one in rigs]
@@ -96,8 +104,9 @@ def commission(
     done: Callable[[str], None] = lambda title: None,
     ended: Callable[[], bool] = lambda: False,
     found: Callable[[str, Commissioned], None] = lambda name, one: None,
+    calibrate: Calibrate | None = None,
 ) -> Both:
-    """Commission both axes one after the other, and verify them together."""
+    """Commission both axes one after the other, verify them together and calibrate them."""
     # Both rigs are entered before anything moves, and left with safe outputs in any case.
     axes = []
     with pair.members[0], pair.members[1]:
@@ -127,10 +136,18 @@ def commission(
             f"and a diagonal of up to {1e3 * span:.4g} mm, at up to {settings.path.speed:.3g} "
             "m/s in the plane.",
         )
-        recording, fault = _together(pair, places, both, settings, plan)
-    done(VERIFY)
-    moves = results.of(XY_MACHINE, recording, plan, settings)
-    return Both(both, toml, settings, plan, recording, moves, fault)
+        with axes[0].work.stand.rig, axes[1].work.stand.rig:
+            on = _homed(places, both)
+            pair.together = True
+            try:
+                verified = _verified(both, toml, settings, plan, on)
+                done(VERIFY)
+                if calibrate is not None and verified.met:
+                    calibration = calibrate(XY_MACHINE, settings, on)
+                    verified = verified._replace(calibration=calibration)
+            finally:
+                pair.together = False
+    return verified
 
 
 def as_toml(axes: tuple[Commissioned, Commissioned]) -> str:
@@ -148,25 +165,28 @@ def as_toml(axes: tuple[Commissioned, Commissioned]) -> str:
     return "\n".join([*head, "", *lines]) + "\n"
 
 
-def _together(
-    pair: Rigs,
-    places: tuple[Place, Place],
+def _homed(
+    places: tuple[Place, Place], axes: tuple[Commissioned, Commissioned]
+) -> tuple[Shifted, ...]:
+    """Both axes at their 0."""
+    for place, one in zip(places, axes, strict=True):
+        place.kind.home(one.work, one.model)
+    for one in axes:  # the other's way to its end passed unread
+        one.work.stand.rig.wait(one.work.stand.dt)
+    return tuple(Shifted(one.work.stand) for one in axes)
+
+
+def _verified(
     axes: tuple[Commissioned, Commissioned],
+    toml: str,
     settings: Any,
     plan: Schedule,
-) -> tuple[Recording, str]:
-    """Both axes to their 0, and the coordinated moves."""
-    with axes[0].work.stand.rig, axes[1].work.stand.rig:
-        for place, one in zip(places, axes, strict=True):
-            place.kind.home(one.work, one.model)
-        for one in axes:  # the other's way to its end passed unread
-            one.work.stand.rig.wait(one.work.stand.dt)
-        on = tuple(Shifted(one.work.stand) for one in axes)
-        pair.together = True
-        try:
-            machine = composite.under(XY_MACHINE, settings)
-            done = runs.record(machine, settings, plan, on=on, title="verification", warn=False)
-        finally:
-            pair.together = False
+    on: tuple[Shifted, ...],
+) -> Both:
+    """The coordinated moves."""
+    machine = composite.under(XY_MACHINE, settings)
+    done = runs.record(machine, settings, plan, on=on, title="verification", warn=False)
     fault = done.outcome.fault
-    return done.recording, "" if fault is None else f"{fault.message} {fault.evidence}"
+    moves = results.of(XY_MACHINE, done.recording, plan, settings)
+    words = "" if fault is None else f"{fault.message} {fault.evidence}"
+    return Both(axes, toml, settings, plan, done.recording, moves, words)

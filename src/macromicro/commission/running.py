@@ -10,17 +10,20 @@ from typing import Any, NamedTuple
 from macromicro import __version__
 from macromicro.commission import _store, _verifying, axis, procedure
 from macromicro.commission._settings import TOLERANCE, as_file
-from macromicro.commission._verifying import Verified
+from macromicro.commission._verifying import Shifted, Verified
 from macromicro.commission.procedure import Kind, Options, Robustness, Step, Tuned, Work
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.machines import results
+from macromicro.machines.composite import AnyMachine
 from macromicro.rig.session import Session
 from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 
 VERIFY, TUNE = "verification", "gains by search on the model"
 COMPARE = _verifying.STEP.title
+# From a machine, its settings and its rigs with their zeros to a calibration.
+Calibrate = Callable[[AnyMachine, Any, tuple[Shifted, ...]], Any]
 _CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
@@ -51,6 +54,7 @@ class Commissioned(NamedTuple):
     rested: float | None = None
     margins: Robustness = Robustness()  # of the gains
     tuned: Tuned = Tuned()  # result of the search for gains
+    calibration: Any = None  # None: it was not calibrated
 
 
 def commission(
@@ -62,7 +66,9 @@ def commission(
     ask: Callable[[str, str], None] = lambda title, intent: None,
     done: Callable[[str], None] = lambda title: None,
     ended: Callable[[], bool] = lambda: False,
+    calibrate: Calibrate | None = None,
 ) -> Commissioned:
+    """Commission a stage; `calibrate` follows a verification whose moves all arrived."""
     options = options.checked()
     _check_known(place)
     kind, asked = place.kind, place.asked(options)
@@ -81,7 +87,7 @@ def commission(
         # Reckoned before anything moves again: what sinks by its weight sinks meanwhile.
         rested, tuned = _reckoned(place, work, model, done, ended)
         tuned = _compared(place, work, model, (rested, tuned), ask, kept)
-        toml, tree, verified = _verified(place, work, model, (rested, tuned), ask)
+        toml, tree, on, verified = _verified(place, work, model, (rested, tuned), ask)
         if tuned.gains and not verified.met:
             # A stage may hum under gains of a search, though it arrived sooner by them before.
             found = f"{results.arrived(verified.moves)} of {verified.asked}"
@@ -90,10 +96,13 @@ def commission(
             doubt += "; it was repeated with the gains of the rules."
             tuned = Tuned(doubts=(*tuned.doubts, doubt))
             work.stand.rest(work.options.caution(work.options.creep))
-            toml, tree, verified = _verified(place, work, model, (rested, tuned), ask)
+            toml, tree, on, verified = _verified(place, work, model, (rested, tuned), ask)
         done(VERIFY)
+        calibration = None
+        if calibrate is not None and verified.met:
+            calibration = calibrate(machines.named(kind.name, "machine"), tree, (on,))
     robust = _margins(kind, tree, model)
-    return Commissioned(work, model, toml, tree, verified, rested, robust, tuned)
+    return Commissioned(work, model, toml, tree, verified, rested, robust, tuned, calibration)
 
 
 def _check_known(place: Place) -> None:
@@ -110,8 +119,8 @@ def _verified(
     model: Any,
     reckoned: tuple[float | None, Tuned],
     ask: Callable[[str, str], None],
-) -> tuple[str, Any, _verifying.Verified]:
-    """The machine's file, its settings, and the verification."""
+) -> tuple[str, Any, Shifted, Verified]:
+    """The machine's file, its settings, the rig with its zero, and the verification."""
     kind, more = place.kind, _more(place, *reckoned)
     tree = _settings(place, work, model, None, more)[1]
     what = f"makes {len(_verifying.SHARES)} moves within its travel with these gains"
@@ -119,7 +128,8 @@ def _verified(
     home = kind.home(work, model)
     toml, tree = _settings(place, work, model, home, more)
     machine = machines.named(kind.name, "machine")
-    return toml, tree, _verifying.verify(work.stand, machine, tree)
+    on = Shifted(work.stand)
+    return toml, tree, on, _verifying.verify(on, machine, tree)
 
 
 def _reckoned(

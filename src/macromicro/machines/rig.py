@@ -75,6 +75,10 @@ class Twin:
     def _said(self) -> Lines:
         return self._kind.sense(self.params, self.state)
 
+    def true_position(self) -> float:
+        """Where the stage is, which only a reference measures, m."""
+        return float(self._kind.show(self.params, self.state).position)
+
     def _enabled(self, enable: float) -> None:
         self.state = self._kind.switch(self.params, self.state, enable)
 
@@ -115,7 +119,7 @@ class Seen(NamedTuple):
     temperature: float
 
 
-_ADVANCE, _MEASURE, _SENSE, _SWITCH = 0.0, 1.0, 2.0, 3.0
+_ADVANCE, _MEASURE, _SENSE, _SWITCH, _SHOW = 0.0, 1.0, 2.0, 3.0, 4.0
 _LINES = len(Lines._fields)
 
 
@@ -123,9 +127,9 @@ _LINES = len(Lines._fields)
 def _inside(kind: Kind) -> Any:
     """The stage as a coroutine: each `next` executes `asked` and answers in it."""
     measure, advance = kind.measure, kind.advance
-    sense, switch = kind.sense, kind.switch
+    sense, switch, show = kind.sense, kind.switch, kind.show
     # Else what is kept of it names types of another package, and is not read where that is not.
-    joining.joined(measure, advance, sense, switch)
+    joining.joined(measure, advance, sense, switch, show)
 
     def stage(params: Any, state: Any, asked: Array, noise: Array, dt: float) -> Iterator[int]:
         while True:
@@ -137,6 +141,8 @@ def _inside(kind: Kind) -> Any:
                     asked[1 + j] = said[j]
             elif asked[0] == _SWITCH:
                 state = switch(params, state, asked[1])
+            elif asked[0] == _SHOW:
+                asked[1] = show(params, state).position
             else:
                 asked[1] = measure(params, state, asked[1], noise, 0).position
             yield 0
@@ -163,6 +169,10 @@ class CompiledTwin(Twin):
     def _said(self) -> Lines:
         self._ask(_SENSE, 0.0)
         return Lines(*self._asked[1:].tolist())
+
+    def true_position(self) -> float:
+        self._ask(_SHOW, 0.0)
+        return float(self._asked[1])
 
     def _enabled(self, enable: float) -> None:
         self._ask(_SWITCH, enable)
