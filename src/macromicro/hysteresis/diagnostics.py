@@ -66,7 +66,31 @@ def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
 
 
 def turning_points(values: npt.ArrayLike, least: float) -> list[int]:
-    """Indices of extremes between legs of at least some size, with the first and last sample."""
+    """Extremes between legs, with the first and the last sample.
+
+    Parameters
+    ----------
+    values : array_like, shape (m,)
+        Any quantity over time.
+    least : float
+        Size of a leg, at least.
+
+    Returns
+    -------
+    list[int]
+        Indices of `values`, rising.
+
+    Raises
+    ------
+    ProblemError
+        Fewer than two values, or a leg of no size.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.diagnostics import turning_points
+    >>> turning_points([0.0, 4.0, 2.0, 3.0, 1.0, 5.0], least=1.5)  # 2 to 3 is too small
+    [0, 1, 4, 5]
+    """
     last = np.size(values) - 1
     if last < 1 or not least > 0.0:
         found = f"the number of values is {last + 1}, the least leg {least:g}"
