@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach, congruency, from_density, wiping_out
-from macromicro.hysteresis.diagnostics import reversals
+from macromicro.hysteresis.diagnostics import reversals, turning_points
 
 TABLE = FodTable.from_everett(
     from_density(np.tril(np.random.default_rng(1).random((40, 40))), 0.0, 0.25, 41), 0.0, 5.0
@@ -33,6 +33,50 @@ def test_reversals() -> None:
     assert u[reversals(u, 0.5)].tolist() == [8.0, 1.0]
     assert u[reversals(u, 0.01)].tolist() == [5.0, 4.95, 8.0, 1.0]
     assert reversals(np.linspace(0.0, 1.0, 9), 0.1).size == 0
+
+
+@pytest.mark.parametrize(
+    ("values", "turns"),
+    [
+        ([0, 10, 0], [0, 1, 2]),
+        ([0, 5, 10, 9, 8, 12, 4, 20], [0, 5, 6, 7]),  # a fall by 2 is no leg
+        ([10, 0, 10], [0, 1, 2]),
+        ([0, 10, 7], [0, 1, 2]),  # a leg of 3 is one
+        ([0, 10, 7.1], [0, 1, 2]),  # a shorter one is the rest behind the last extreme
+        ([0, 10, 10, 5], [0, 1, 3]),  # the first of equal extremes
+        ([0, 1, 2], [0, 2]),
+        ([2, 1, 0], [0, 2]),
+        ([5, 5], [0, 1]),
+        ([5, 6, 1, 9], [0, 1, 2, 3]),
+        ([5, 4, 9, 1], [0, 1, 2, 3]),
+        ([0, 10, 4, 6, 3, 9], [0, 1, 4, 5]),
+        ([10, 0, 6, 4, 7, 1], [0, 1, 4, 5]),
+    ],
+)
+def test_turning_points_of_short_series(values: list[float], turns: list[int]) -> None:
+    assert turning_points(values, 3.0) == turns
+    assert turning_points([-v for v in values], 3.0) == turns
+
+
+@pytest.mark.parametrize(("values", "least"), [([1.0], 3.0), ([1.0, 2.0], 0.0), ([], 1.0)])
+def test_what_has_no_turning_points_is_refused(values: list[float], least: float) -> None:
+    with pytest.raises(InputError, match="turning points"):
+        turning_points(values, least)
+
+
+@given(st.lists(st.floats(5.0, 50.0), min_size=1, max_size=10))
+def test_turning_points(legs: list[float]) -> None:
+    """Every leg of a zigzag is found, whatever the ripple on it."""
+    signs = np.array([1.0, -1.0] * 5)[: len(legs)]
+    corners = np.r_[0.0, np.cumsum(signs * legs)]
+    y = np.interp(np.arange(50 * len(legs) + 1) / 50.0, np.arange(len(legs) + 1), corners)
+    ripple = 0.2 * np.sin(np.arange(len(y)) * 2.0)
+    ripple[::50] = 0.0
+    found = turning_points(y + ripple, 3.0)
+    places = y[found]
+    assert len(found) >= len(corners)
+    assert len(found) <= len(corners) + 1
+    np.testing.assert_allclose(places[: len(corners) - 1], corners[:-1], atol=2.5)
 
 
 def test_a_preisach_model_has_neither_gap() -> None:

@@ -12,7 +12,6 @@ from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import Doubt, on_cooling, on_heating
-from macromicro.identify.kiln import turning_points
 from macromicro.thesis.chapter5.actuator_fits import full_contraction
 
 TABLE = FodTable.from_everett(
@@ -79,21 +78,6 @@ def test_what_cannot_be_read() -> None:
         on_heating(TABLE, [np.nan])
     with pytest.raises(InputError, match="errors of at least 0"):
         on_heating(TABLE, [1.0], Doubt(-1.0, 0.0))
-
-
-@given(st.lists(st.floats(5.0, 50.0), min_size=1, max_size=10))
-def test_turning_points(legs: list[float]) -> None:
-    """Every leg of a zigzag is found, whatever the ripple on it."""
-    signs = np.array([1.0, -1.0] * 5)[: len(legs)]
-    corners = np.r_[0.0, np.cumsum(signs * legs)]
-    y = np.interp(np.arange(50 * len(legs) + 1) / 50.0, np.arange(len(legs) + 1), corners)
-    ripple = 0.2 * np.sin(np.arange(len(y)) * 2.0)
-    ripple[::50] = 0.0
-    found = turning_points(y + ripple)
-    places = y[found]
-    assert len(found) >= len(corners)
-    assert len(found) <= len(corners) + 1
-    np.testing.assert_allclose(places[: len(corners) - 1], corners[:-1], atol=2.5)
 
 
 def test_band_is_two_standard_errors_of_either_kind() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from macromicro.columns import Column
-from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
@@ -16,7 +15,6 @@ from macromicro.identify.kiln import (
     first_order_curves,
     fod_table,
     predicted,
-    turning_points,
 )
 from macromicro.recording import Recording
 
@@ -26,35 +24,6 @@ COLUMNS = (Column("t", "s", ""), Column("thermocouple", "degC", ""), Column("pos
 def recorded(temperature: np.ndarray, position: np.ndarray, dt: float = 0.1) -> Recording:
     t = np.arange(len(temperature)) * dt
     return Recording.from_arrays(COLUMNS, [t, temperature, position], dt, {})
-
-
-@pytest.mark.parametrize(
-    ("values", "turns"),
-    [
-        ([0, 10, 0], [0, 1, 2]),
-        ([0, 5, 10, 9, 8, 12, 4, 20], [0, 5, 6, 7]),  # a fall by 2 is no leg
-        ([10, 0, 10], [0, 1, 2]),
-        ([0, 10, 7], [0, 1, 2]),  # a leg of 3 is one
-        ([0, 10, 7.1], [0, 1, 2]),  # a shorter one is the rest behind the last extreme
-        ([0, 10, 10, 5], [0, 1, 3]),  # the first of equal extremes
-        ([0, 1, 2], [0, 2]),
-        ([2, 1, 0], [0, 2]),
-        ([5, 5], [0, 1]),
-        ([5, 6, 1, 9], [0, 1, 2, 3]),
-        ([5, 4, 9, 1], [0, 1, 2, 3]),
-        ([0, 10, 4, 6, 3, 9], [0, 1, 4, 5]),
-        ([10, 0, 6, 4, 7, 1], [0, 1, 4, 5]),
-    ],
-)
-def test_turning_points_of_short_series(values: list[float], turns: list[int]) -> None:
-    assert turning_points(values) == turns
-    assert turning_points([-v for v in values]) == turns
-
-
-@pytest.mark.parametrize(("values", "least"), [([1.0], 3.0), ([1.0, 2.0], 0.0), ([], 1.0)])
-def test_what_has_no_turning_points_is_refused(values: list[float], least: float) -> None:
-    with pytest.raises(InputError, match="turning points"):
-        turning_points(values, least)
 
 
 def test_cleaning_takes_spikes_out_and_keeps_parabolas() -> None:

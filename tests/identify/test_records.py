@@ -79,6 +79,15 @@ def test_steps_and_binary_sequences_are_not_called_saturated(
     assert not recwarn.list
 
 
+def test_two_levels_with_means_of_both_between_are_not_called_saturated(
+    recwarn: pytest.WarningsRecorder,
+) -> None:
+    u = np.repeat([2.0, -2.0] * 4, 50)
+    u[50::50] = np.linspace(-1.0, 1.0, 7)
+    flag_saturation(u, "u")
+    assert not recwarn.list
+
+
 @pytest.mark.parametrize(
     ("runs", "match"),
     [

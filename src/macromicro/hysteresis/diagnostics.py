@@ -62,8 +62,47 @@ def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
     >>> reversals([0.0, 4.0, 2.0, 3.0, 1.0, 5.0], swing=1.5).tolist()  # 2 to 3 is too small
     [1, 4]
     """
+    return np.array(_extremes(u, swing)[0][1:], dtype=np.int64)
+
+
+def turning_points(values: npt.ArrayLike, least: float) -> list[int]:
+    """Extremes between legs, with the first and the last sample.
+
+    Parameters
+    ----------
+    values : array_like, shape (m,)
+        Any quantity over time.
+    least : float
+        Size of a leg, at least.
+
+    Returns
+    -------
+    list[int]
+        Indices of `values`, rising.
+
+    Raises
+    ------
+    ProblemError
+        Fewer than two values, or a leg of no size.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.diagnostics import turning_points
+    >>> turning_points([0.0, 4.0, 2.0, 3.0, 1.0, 5.0], least=1.5)  # 2 to 3 is too small
+    [0, 1, 4, 5]
+    """
+    last = np.size(values) - 1
+    if last < 1 or not least > 0.0:
+        found = f"the number of values is {last + 1}, the least leg {least:g}"
+        raise ProblemError("turning points", found, "Give 2 or more, and a leg above 0.")
+    extremes, end = _extremes(values, least)
+    return sorted({0, *extremes, end, last})
+
+
+def _extremes(u: npt.ArrayLike, swing: float) -> tuple[list[int], int]:
+    """Where each swing begins, and where the last one ends; the last sample without a swing."""
     inputs = np.asarray(u, dtype=np.float64).tolist()
-    turns: list[int] = []
+    begins: list[int] = []
     low = high = 0
     way = 0
     for t, value in enumerate(inputs):
@@ -72,14 +111,12 @@ def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
         if value < inputs[low]:
             low = t
         if way >= 0 and inputs[high] - value >= swing:
-            if way > 0:
-                turns.append(high)
+            begins.append(high)
             way, low = -1, t
         elif way <= 0 and value - inputs[low] >= swing:
-            if way < 0:
-                turns.append(low)
+            begins.append(low)
             way, high = 1, t
-    return np.array(turns, dtype=np.int64)
+    return begins, {1: high, -1: low}.get(way, len(inputs) - 1)
 
 
 def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -> Deviation:

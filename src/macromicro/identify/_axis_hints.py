@@ -35,6 +35,7 @@ from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.runs import Run
 
 _STRANGE = 3.0  # standard errors by which what nobody spoke of must gain: several are looked for
+_EXACT = 2e-3  # of the force: a model that misses by less has no such trouble
 _MOST = 12  # blocks in a record
 _LEAST = 40  # decimated samples in a block: its low-pass takes 20
 # What stands in for a structure where a part of the record does not show it.
@@ -162,6 +163,8 @@ def lowered_by(rows: list[Rows], other: list[Rows], structure: str) -> float | N
     power = [sum(float(r.force @ r.force) for r in each) for each in (rows, other)]
     another = another * (power[0] / power[1])
     score, richer = typical(one), typical(another)
+    if score < _EXACT * (power[0] / sum(len(r.force) for r in rows)) ** 0.5:
+        return None
     why_not = no_better(score, richer, np.log(one / another), structure, _STRANGE)
     return None if why_not else 1.0 - richer / score
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
+from macromicro.hysteresis.diagnostics import turning_points
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable, Shape
 from macromicro.hysteresis.table_files import load_table
@@ -55,35 +55,11 @@ def saved_table(path: Path) -> FodTable:
     return table
 
 
-def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]:
-    """Indices of extremes between legs of some size, with the first and last sample."""
-    y = signal(values, "values")
-    if len(y) < 2 or not least > 0.0:
-        found = f"the number of values is {len(y)}, the least leg {least:g}"
-        raise ProblemError("turning points", found, "Give 2 or more, and a leg above 0.")
-    points = [0]
-    high = low = 0
-    way = 0
-    for k in range(1, len(y)):
-        if y[k] > y[high]:
-            high = k
-        if y[k] < y[low]:
-            low = k
-        if way >= 0 and y[high] - y[k] >= least:
-            points += [high] if high > points[-1] else []
-            way, low = -1, k
-        elif way <= 0 and y[k] - y[low] >= least:
-            points += [low] if low > points[-1] else []
-            way, high = 1, k
-    last = {1: high, -1: low}.get(way, len(y) - 1)
-    return points + [k for k in dict.fromkeys((last, len(y) - 1)) if k > points[-1]]
-
-
 def first_order_curves(
     profile: Profile, cold: float, width: float = 0.4
 ) -> list[tuple[Array, Array]]:
     """The cooling branches of Figure 5.7 that follow a rise from `cold` (deg C) or less."""
-    points = turning_points(profile.temperature)
+    points = turning_points(profile.temperature, LEAST_LEG)
     curves = []
     for before, top, end in zip(points, points[1:], points[2:], strict=False):
         low, high, last = profile.temperature[[before, top, end]]

@@ -15,6 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import SaturationWarning, notice
 
+_ELSEWHERE = 0.05  # of a saturated record is below its extreme, at least
 GAP = 5.0  # usual time steps; a longer one is a gap
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
@@ -97,7 +98,7 @@ def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list
 def flag_saturation(u: Array, where: str, limit: float | None = None) -> Array:
     """The input within a limit, or as it is with a warning of saturation."""
     # Saturated: it changes from sample to sample but stays at its greatest magnitude for runs of 3
-    # or more, 1 % of the record in all.
+    # or more, 1 % of the record in all. What is hardly ever elsewhere goes between two levels.
     size = np.abs(u)
     if limit is not None:
         over = int((size > limit * (1.0 + 1e-9)).sum())
@@ -113,7 +114,7 @@ def flag_saturation(u: Array, where: str, limit: float | None = None) -> Array:
     top = size >= size.max() * (1.0 - 1e-6)
     held = int((top[2:] & top[1:-1] & top[:-2]).sum())
     below = ~top[1:]
-    moves = float(np.mean(np.diff(u)[below] != 0.0)) if below.any() else 0.0
+    moves = float(np.mean(np.diff(u)[below] != 0.0)) if below.mean() > _ELSEWHERE else 0.0
     if held >= max(0.01 * len(u), 3) and moves > 0.5:
         notice(
             SaturationWarning,

@@ -51,6 +51,26 @@ def test_files_with_a_clock_each_are_one_record(tmp_path: Path) -> None:
         fitted("drive", picking([str(files[1])] * 2, [])._replace(join=True))
 
 
+def test_reversals_within_a_step_of_the_slower_clock_are_no_saturation(tmp_path: Path) -> None:
+    """Means of both signs of a force are smaller than the force, which is not limited."""
+    t = 1e-3 * np.arange(10_000)
+    u = 2.0 * np.sign(np.sin(2.0 * np.pi * t / 3.0))  # 0 at first
+    x = simulate(Axis(mass=0.5, viscous=4.0, coulomb=0.5), u, 1e-3)
+    files = [
+        written(tmp_path / "u.csv", "t_s,u_V", t, u),
+        written(tmp_path / "x.csv", "t_s,x_m", t[::10], np.round(x[::10], 6)),
+    ]
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always")
+        found = fitted(
+            "drive",
+            picking([str(file) for file in files], [])._replace(join=True),
+            structure="coulomb",
+        )
+    assert values(found)["mass"] == pytest.approx(0.5, rel=0.01)
+    assert not [w for w in doubts if "saturate" in str(w.message) or "extreme" in str(w.message)]
+
+
 @pytest.mark.parametrize("spring", [0.0, 4.0])
 def test_an_input_counted_the_other_way_round_is_named(tmp_path: Path, spring: float) -> None:
     t = DT * np.arange(1500)

@@ -170,7 +170,7 @@ def _few(trial: Pair) -> tuple[Array, Array]:
 
 def one_way(table: Picked) -> list[tuple[Array, Array]]:
     """Each rise and fall of the position, without the ends of the sensor's range."""
-    from macromicro.identify.kiln import turning_points
+    from macromicro.hysteresis.diagnostics import turning_points
 
     found = []
     for part in runs(table):

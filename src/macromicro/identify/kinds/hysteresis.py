@@ -489,7 +489,7 @@ def cut(u: Array, f: Array) -> list[Pair]:
     """Descending curves: falls of the input that follow a rise from its low end."""
     # A rise also begins where the output equals its value at the low end, since a record may begin
     # below it in a cold room. Points are means over windows, so that noise does not reorder them.
-    from macromicro.identify.kiln import turning_points
+    from macromicro.hysteresis.diagnostics import turning_points
 
     extent = float(np.ptp(u))
     low = float(u.min()) + _NEAR * extent
