@@ -186,9 +186,7 @@ def told(those: Sequence[Tried]) -> str:
     for name in done[0].errors if done else ():
         inside = sum(one.errors[name][1] for one in done)
         off = np.median([one.errors[name][0] for one in done])
-        lines.append(
-            f"| {name} | {inside} of {len(done)} ({inside / len(done):.0%}) | {100.0 * off:.2g}% |"
-        )
+        lines.append(f"| {name} | {inside} of {len(done)} | {100.0 * off:.2g}% |")
     unmet = [(one.label, one.unmet) for one in done if one.unmet]
     refused = [(one.label, one.refused) for one in those if one.refused]
     met = len(done) - len(unmet)
