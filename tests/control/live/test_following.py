@@ -8,6 +8,7 @@ import pytest
 
 from macromicro.control.live import following
 from macromicro.control.live import messages as m
+from macromicro.control.live.leading import REST
 from macromicro.control.live.messages import Accepted, Finished, Refused
 
 from .bench import DT, PITCH
@@ -100,6 +101,24 @@ def test_set_points_beyond_the_soft_limits_are_clipped_and_told_once() -> None:
     assert ended(f).outcome == m.DONE  # without any set point it rests where it is
 
 
+def test_only_a_stage_that_follows_takes_set_points() -> None:
+    f = ready()
+    f.ask(m.Jog("macro", 0.01))
+    f.tick()
+    assert following.heard(f.p, f.s, 0.001, 0.0, 0.0) == (f.s, ())
+    f.ask(m.Stop())
+    f.run(1.0)
+    f.ask(m.Follow("macro", HOLD))
+    f.tick()
+    low, high = following.bounds(f.p, f.s, f.s.motion)  # type: ignore[arg-type]
+    limits = f.p.settings.limits
+    assert (low, high) == (limits.macro_low * PITCH, limits.macro_high * PITCH)
+    f.s, notices = following.heard(f.p, f.s, 0.001, 0.0, 0.0)
+    assert notices == ()  # within the limits
+    f.ask(m.EndFollow())
+    assert following.heard(f.p, f.s, 0.002, 0.0, 0.0) == (f.s, ())
+
+
 def test_a_late_set_point_goes_on_with_its_velocity() -> None:
     f = ready()
     f.ask(m.Follow("macro", 0.5))
@@ -107,7 +126,11 @@ def test_a_late_set_point_goes_on_with_its_velocity() -> None:
     put(f, 0.001, 0.02, age=0.1)
     work = f.s.work
     aim = following.target(work, f.s.time + 0.05, -1.0, 1.0, 0.0)  # type: ignore[arg-type]
-    assert aim.position == pytest.approx(0.001 + 0.02 * 0.15) and aim.velocity == 0.02
+    assert aim.position == pytest.approx(0.001 + 0.02 * 0.15)
+    assert tuple(aim[1:]) == (0.02, 0.0, 0.0)
+    assert following.target(work, f.s.time, -1.0, 0.002, 0.0) == REST._replace(position=0.002)  # type: ignore[arg-type]
+    ending = work._replace(ending=True)  # type: ignore[union-attr]
+    assert following.target(ending, f.s.time, -1.0, 1.0, 0.0) == REST._replace(position=0.001)
     put(f, 0.001, 0.02, age=9.0)  # never older than the hold time
     assert f.s.time - f.s.work.since == pytest.approx(0.5)  # type: ignore[union-attr]
 
