@@ -152,7 +152,7 @@ def test_what_the_command_writes_is_read_and_predicts_as_in_python(tmp_path: Pat
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [(None, "no such file"), ("{", "no result"), ('{"kind": "drive"}', "no result")],
+    [(None, "no such file"), ("{", "not a result"), ('{"kind": "drive"}', "not a result")],
 )
 def test_what_is_no_loop_is_refused_by_name(tmp_path: Path, text: str | None, words: str) -> None:
     if text is not None:
