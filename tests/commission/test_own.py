@@ -90,7 +90,7 @@ def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> 
         (("--config", "coil.toml", "--kind", "piezo"), "only with --rig"),
         (("--config", str(ROOT / "examples/machines/stage.toml"), "--kind", KIND),
          "Give one for axis, the machine of --config"),
-        (("--config", "coil.toml", "--kind", KIND, "--out", "no"), "name the window"),
+        (("--config", "coil.toml", "--kind", KIND, "--out", "no"), "give the window"),
     ],
 )  # fmt: skip
 def test_what_does_not_suit_is_said(lab: Path, words: tuple[str, ...], match: str) -> None:
