@@ -84,7 +84,7 @@ def test_identify_reads_the_file_of_another_instrument(tmp_path: Path) -> None:
     done = command("identify", *words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "bidirectional accuracy" in done.stdout and "reversal: -12" in done.stdout
-    first, last = done.stdout.split("going up and down [um]\n")[1].split("\n")[:2]
+    first, last = done.stdout.split("from below, from above [um]\n")[1].split("\n")[:2]
     assert [round(float(cell)) for cell in first.split()[1:]] == [-6, 6]
     assert float(last.split()[1]) - float(first.split()[1]) == pytest.approx(8.0, abs=0.6)
     with_it = tmp_path / "machine.toml"

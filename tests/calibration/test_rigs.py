@@ -36,8 +36,7 @@ FILE = Path({file!r})
 
 class Bench(rig.Twin):
     def read(self):
-        true = self._kind.show(self.params, self.state).position
-        return super().read()._replace(laser=true)
+        return super().read()._replace(laser=self.true_position())
 
 
 def bench(seed):

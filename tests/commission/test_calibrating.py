@@ -10,7 +10,7 @@ from tests.command import command
 
 from macromicro.commission import calibrating
 from macromicro.commission._verifying import Shifted
-from macromicro.commission.calibrating import Referenced
+from macromicro.commission.calibrating import ReferencedTwin
 from macromicro.commission.stand import Stand
 from macromicro.machines import compositions, rig
 from macromicro.rig.session import Session
@@ -51,7 +51,7 @@ def test_a_twin_knows_its_true_position_compiled_or_not(file: Path) -> None:
 
 def test_an_instrument_shows_the_true_position_with_its_noise(file: Path) -> None:
     machine, settings = compositions.load(file)
-    twin = Referenced(machine.kind, settings, 3)
+    twin = ReferencedTwin(machine.kind, settings, 3)
     errors = []
     for _ in range(500):
         errors.append(twin.read().laser - twin.true_position())
@@ -69,7 +69,7 @@ def test_a_stage_is_calibrated_from_where_it_stands(
     machine, settings = compositions.load(file)
     asked: list[tuple[str, str]] = []
     done: list[str] = []
-    with Session(Referenced(machine.kind, settings, 1), 1e-3) as session:
+    with Session(ReferencedTwin(machine.kind, settings, 1), 1e-3) as session:
         stand = Stand(session, 1e-3, float(settings.encoder.pitch))
         assert stand.position() == 0.0
         found = calibrating.calibrated(

@@ -124,7 +124,7 @@ def _tables(found: Calibration) -> Iterable[str]:
     for axis, place in _each(found):
         p = axis.correction
         name = f"{axis.name} " if axis.name else ""
-        yield f"{name}position [{place.unit}]   true less read, going up and down [{place.fine}]"
+        yield f"{name}position [{place.unit}]   deviation from below, from above [{place.fine}]"
         places = np.linspace(p.low, p.high, len(p.up))
         for where, up, down in zip(places, p.up, p.down, strict=True):
             yield f"{place.per * where:12.4f}{place.fines * up:12.3f}{place.fines * down:12.3f}"

@@ -22,9 +22,7 @@ WARMER = 0.5  # K; a smaller change of temperature shows no growth
 BLOCKS = 15  # of time at least, in each of which the reference may be off by as much
 DRIFT = 60.0  # s between the corners of the reference's drift
 FREQUENCIES = 4  # of a spectrum, for each resolved one
-
-
-GROWTH = "growth after the start"
+GROWTH = "growth after the start"  # name of an estimate
 
 
 class Estimate(NamedTuple):

@@ -24,8 +24,12 @@ class Instrument(NamedTuple):
         gone = np.diff(t, prepend=0.0) / 60.0
         shape = (len(t), *([1] * (true.ndim - 1)))
         walk = np.cumsum(random.standard_normal(true.shape) * np.sqrt(gone).reshape(shape), axis=0)
-        found = true + self.drift * walk + self.noise * random.standard_normal(true.shape)
-        return np.round(found / self.step) * self.step if self.step > 0.0 else np.asarray(found)
+        return self.shown(true, walk, random)
+
+    def shown(self, true: Array | float, walk: Array | float, random: np.random.Generator) -> Array:
+        """Readings of true positions, after a random walk of unit variance in a minute."""
+        found = true + self.drift * walk + self.noise * random.standard_normal(np.shape(true))
+        return np.asarray(np.round(found / self.step) * self.step if self.step > 0.0 else found)
 
 
 # A laser interferometer in still air, an incremental glass scale, a dial gauge, a camera over a

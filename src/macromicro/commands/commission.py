@@ -109,7 +109,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool,
         typer.Option(
             "--calibrate",
-            help="Calibrate it as well, against channel laser of the rig or a simulated one.",
+            help="Calibrate after the verification, by the rig's channel laser or a simulated one.",
         ),
     ] = False,
     yes: Yes = False,

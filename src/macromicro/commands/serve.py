@@ -138,7 +138,8 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         with stack:
             servers = _Servers(station, doors, record or FOLDER, stack)
             page = servers.open_page()  # at once: it says that the machine starts
-            print(f"starting {rig}{page and f', {page}'}{once}", file=sys.stderr)
+            where = f", {page}" if page else ""
+            print(f"starting {rig}{where}{once}", file=sys.stderr)
             with station, closing(stack):
                 signals.later()
                 if not signals.received:

@@ -25,7 +25,7 @@ TITLE = "calibration"
 POSITIONS, RUNS = 16, 2  # as a person would: the stage is read period by period, and so is a twin
 
 
-class Referenced(CompiledTwin):
+class ReferencedTwin(CompiledTwin):
     """A simulated stage with an instrument beside it, as channel of its reference."""
 
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
@@ -33,15 +33,15 @@ class Referenced(CompiledTwin):
         self.channels = (*self.channels, CHANNEL)
         self._instrument = instrument(kind)
         self._errors = np.random.default_rng([seed, 230])
-        self._drift, self._last = 0.0, 0.0
+        self._walk, self._last = 0.0, 0.0
 
     def read(self) -> Any:
         sample = super().read()
-        one = self._instrument
-        step, noise = self._errors.standard_normal(2)
-        self._drift += one.drift * math.sqrt((sample.t - self._last) / 60.0) * step
+        step = math.sqrt((sample.t - self._last) / 60.0)
+        self._walk += step * self._errors.standard_normal()
         self._last = sample.t
-        return sample._replace(laser=self.true_position() + self._drift + one.noise * noise)
+        shown = self._instrument.shown(self.true_position(), self._walk, self._errors)
+        return sample._replace(laser=float(shown))
 
 
 def instrument(kind: Kind) -> Instrument:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from macromicro.calibration.request import CHANNEL
 from macromicro.commission import kinds
-from macromicro.commission.calibrating import Referenced
+from macromicro.commission.calibrating import ReferencedTwin
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Place
 from macromicro.errors import InputError, ProblemError
@@ -44,7 +44,7 @@ def virtual(path: Path | None, kind: str = "", *, calibrate: bool = False) -> Pl
     machine = machines.chosen(path)
     how = _of(path, machine.name, kind)
     stage, tree = machine.kind, machines.load(path)[1]
-    twin = Referenced if calibrate else rigs.CompiledTwin
+    twin = ReferencedTwin if calibrate else rigs.CompiledTwin
     gains = tree.controller
     return Place(
         f"the machine of {path.name}",

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from macromicro.calibration.request import CHANNEL
 from macromicro.commission import running
 from macromicro.commission._verifying import Shifted
-from macromicro.commission.calibrating import Referenced
+from macromicro.commission.calibrating import ReferencedTwin
 from macromicro.commission.procedure import Options
 from macromicro.commission.running import Calibrate, Commissioned, Place
 from macromicro.machines import composite, compositions, on_rig, results, rig, runs
@@ -51,7 +51,7 @@ class Both(NamedTuple):
 def virtual(path: Path, seed: int, *, calibrate: bool = False) -> tuple[Rigs, tuple[Place, Place]]:
     """The simulated axes of a machine, of which only what a user would know is used."""
     stages = compositions.each(path)
-    twin = Referenced if calibrate else rig.CompiledTwin
+    twin = ReferencedTwin if calibrate else rig.CompiledTwin
     twins = [twin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
     names = [f"axis {name} of the machine of {path.name}" for name in AXES]
     return _placed(Rigs(twins), names, [own for _, _, own in stages], real=False)
@@ -64,8 +64,9 @@ def own(
     machine, settings = compositions.load(path)
     rigs = on_rig.found(name, machine, settings, seed, "commissioning both axes")
     assert rigs is not None
-    for one in rigs if calibrate else ():
-        one.need("--calibrate", CHANNEL)
+    if calibrate:
+        for one in rigs:
+            one.need("--calibrate", CHANNEL)
     names = [f"axis {axis} on {one.name}" for axis, one in zip(AXES, rigs, strict=True)]
     pair, places = _placed(on_rig.opened(rigs, seed), names, machine.trees(settings), real=True)
     bounds = [math.inf if one.limits is None else one.limits.motor for one in rigs]

@@ -149,28 +149,20 @@ def differences(
 
 def smoothed(signal: Array, corner: float, dt: float) -> Array:
     """A signal behind the zero-phase low-pass; unchanged for an infinite corner."""
-    # As scipy's sosfiltfilt, which finds the filter's steady state anew in each of many calls.
     if math.isinf(corner):
         return signal
-    from scipy.signal import sosfilt
+    from scipy.signal import sosfiltfilt
 
-    sections, steady = _sections(2.0 * dt * corner)
-    many = min(_PADDED, len(signal) - 1)
-    before = 2.0 * signal[0] - signal[many:0:-1]
-    after = 2.0 * signal[-1] - signal[-2 : -many - 2 : -1]
-    whole = np.concatenate([before, signal, after])
-    for _ in range(2):  # there and back
-        whole = sosfilt(sections, whole, zi=steady * whole[0])[0][::-1]
-    return np.asarray(whole[many : many + len(signal)])
+    padding = min(_PADDED, len(signal) - 1)
+    return np.asarray(sosfiltfilt(_sections(2.0 * dt * corner), signal, padlen=padding))
 
 
 @lru_cache(maxsize=8)
-def _sections(corner: float) -> tuple[Array, Array]:
-    """Low-pass of fourth order and its state behind a constant; `corner` in half the rate."""
-    from scipy.signal import butter, sosfilt_zi
+def _sections(corner: float) -> Array:
+    """Low-pass of fourth order; `corner` in half the sampling rate."""
+    from scipy.signal import butter
 
-    sections = np.asarray(butter(4, corner, output="sos"))
-    return sections, np.asarray(sosfilt_zi(sections))
+    return np.asarray(butter(4, corner, output="sos"))
 
 
 def means(x: Array, dt: float) -> tuple[Array, Array]:
