@@ -19,6 +19,7 @@ from web_parts import Station, until
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
+from macromicro.remote import _link
 from macromicro.remote.asynchronous import AsyncMachine
 from macromicro.remote.failures import ConnectionLost, MotionFailed, RequestRefused
 from macromicro.remote.machine import Machine, connect
@@ -277,6 +278,25 @@ def test_nobody_there_is_said_with_a_remedy(server: WebServer) -> None:
     server.stop()
     with pytest.raises(ConnectionLost, match=rf"ws://{host}:{port}/live.*; start the server"):
         connect(host, port)
+
+
+def test_a_machine_that_is_starting_is_waited_for(
+    request: pytest.FixtureRequest, fake: Station
+) -> None:
+    fake.started = False
+    client = request.getfixturevalue("client")
+    threading.Timer(0.5, setattr, (fake, "started", True)).start()
+    assert client(timeout=5.0).about["kind"]
+
+
+def test_a_machine_that_never_starts_is_not_waited_for_for_ever(
+    request: pytest.FixtureRequest, fake: Station, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_link, "START_S", 0.3)
+    fake.started = False
+    client = request.getfixturevalue("client")
+    with pytest.raises(ConnectionLost, match="the machine is starting"):
+        client(timeout=5.0)
 
 
 def test_a_server_that_ends_fails_what_waits(

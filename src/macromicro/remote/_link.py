@@ -11,6 +11,7 @@ from typing import Any
 
 from macromicro.remote.failures import ConnectionLost, RequestRefused, StopNotConfirmed
 from macromicro.serve import unconfirmed
+from macromicro.serve.hosts import STARTING
 
 BEAT_S, KEEP_S = 0.5, 0.1
 FRAME_S = 0.01
@@ -18,6 +19,7 @@ _PIECE, _A_PIECE = struct.Struct("<4Id"), 2  # kind, id of the order, two number
 RATE, BURST = 80.0, 100.0  # messages a second and at once: fewer than a server takes
 CONFIRM_S = 1.0  # within which a stop is confirmed
 CLOSE_S = 1.0  # for the farewell
+START_S, AGAIN_S = 120.0, 0.2  # a machine may take to start; until it is asked again
 _STOPS = {"stop": unconfirmed.STOP, "emergency": unconfirmed.EMERGENCY_STOP}
 _GONE = "the connection to the server is closed"
 _LOOK = "start the server, or look at its terminal, and connect again"
@@ -42,18 +44,44 @@ class Link:
         self.why = _GONE
 
     async def open(self) -> None:
-        """Connect and say hello."""
-        from websockets.asyncio.client import connect
+        """Connect and say hello; wait for a machine that is starting."""
         from websockets.exceptions import InvalidStatus, WebSocketException
 
         from macromicro.serve.bucket import Bucket
 
         self._bucket = Bucket(RATE, BURST)
+        first, last = None, time.monotonic() + START_S
+        while first is None:
+            limit = asyncio.timeout(self._patience)
+            try:
+                async with limit:
+                    first = await self._hello(last)
+            except InvalidStatus as error:
+                body = error.response.body.decode("utf-8", "replace").strip()
+                advice = "the address or a name of a server"
+                raise RequestRefused(f"{self._url}: {body}", advice) from None
+            except (OSError, TimeoutError, ValueError, WebSocketException) as error:
+                await self.close()
+                why = unconfirmed.SERVER if limit.expired() else str(error) or type(error).__name__
+                raise ConnectionLost(f"{self._url}: {why}", _LOOK) from None
+        self.about, self._heard = first["welcome"], time.monotonic()
+        work = self._read, self._beat, self._keep, self._watch
+        self._tasks = [asyncio.create_task(each()) for each in work]
+        if self.about["problem"]:
+            await self.close()
+            raise RequestRefused(self.about["problem"], "token=..., or MACROMICRO_TOKEN")
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._listed.wait(), self._patience)
+
+    async def _hello(self, last: float) -> dict[str, Any] | None:
+        """The server's welcome; None while its machine starts, until the time `last`."""
+        from websockets.asyncio.client import connect
+        from websockets.exceptions import ConnectionClosed
+
         hello: dict[str, Any] = {"do": "hello", "program": True, "frames": False}
         if self._token is not None:
             hello["token"] = self._token
-        limit = asyncio.timeout(self._patience)
-        opened = connect(
+        self._open = await connect(
             self._url,
             origin=self._origin,  # type: ignore[arg-type]
             proxy=None,
@@ -63,26 +91,15 @@ class Link:
             close_timeout=CLOSE_S,
         )
         try:
-            async with limit:
-                self._open = await opened
-                await self._open.send(json.dumps(hello))
-                first = json.loads(await self._open.recv())
-        except InvalidStatus as error:
-            body = error.response.body.decode("utf-8", "replace").strip()
-            advice = "the address or a name of a server"
-            raise RequestRefused(f"{self._url}: {body}", advice) from None
-        except (OSError, TimeoutError, ValueError, WebSocketException) as error:
-            await self.close()
-            why = unconfirmed.SERVER if limit.expired() else str(error) or type(error).__name__
-            raise ConnectionLost(f"{self._url}: {why}", _LOOK) from None
-        self.about, self._heard = first["welcome"], time.monotonic()
-        work = self._read, self._beat, self._keep, self._watch
-        self._tasks = [asyncio.create_task(each()) for each in work]
-        if self.about["problem"]:
-            await self.close()
-            raise RequestRefused(self.about["problem"], "token=..., or MACROMICRO_TOKEN")
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._listed.wait(), self._patience)
+            await self._open.send(json.dumps(hello))
+            first: dict[str, Any] = json.loads(await self._open.recv())
+        except ConnectionClosed as closed:
+            starts = closed.rcvd is not None and closed.rcvd.code == STARTING[0]
+            if not starts or time.monotonic() > last:
+                raise
+            await asyncio.sleep(AGAIN_S)
+            return None
+        return first
 
     async def order(self, do: str, **fields: Any) -> dict[str, Any]:
         """Send an order and wait for its reply."""

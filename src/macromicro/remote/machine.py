@@ -309,7 +309,8 @@ def connect(
         Whether to take control; else this client watches, and may stop.
     timeout : float, optional
         Longest wait, s, for the connection, for an answer and, during a motion, for
-        a sign of life of the server.
+        a sign of life of the server. A machine that is starting is waited for up to
+        two minutes longer.
 
     Returns
     -------

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from macromicro.serve.door._monitor import prepare
 from macromicro.serve.guesses import Guesses, Token
-from macromicro.serve.hosts import HOST, guarded, is_loopback, url
+from macromicro.serve.hosts import HOST, STARTING, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.listening import Listener, check_port, refused
 from macromicro.serve.web._bounds import Bounds
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from macromicro.serve.web._context import Context
 
 LOOK_S = 0.1
-STARTING = 4001, "the machine is starting"
 _LOG = logging.getLogger("macromicro.web")
 _LOG.addHandler(logging.NullHandler())
 _LOG.propagate = False
