@@ -286,7 +286,7 @@ def test_a_machine_that_is_starting_is_waited_for(
     fake.started = False
     client = request.getfixturevalue("client")
     threading.Timer(0.5, setattr, (fake, "started", True)).start()
-    assert client(timeout=5.0).about["kind"]
+    assert client(timeout=5.0).about["client"]
 
 
 def test_a_machine_that_never_starts_is_not_waited_for_for_ever(
