@@ -15,7 +15,7 @@ from tests import warm
 
 threads.one_for_blas()  # as the command does, before a test imports numpy
 
-interpreting.FEW = 3000  # the tests come back to each machine: compiled soon, it costs less
+interpreting.FEW = 10_000  # the tests come back to each machine: compiled soon, it costs less
 
 # A kernel's first call compiles it, which takes seconds: no example has a deadline.
 settings.register_profile("macromicro", deadline=None, max_examples=25)

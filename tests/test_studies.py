@@ -48,6 +48,7 @@ def test_gains_of_an_axis_are_those_of_the_command(
     assert told[-1] == found.evaluations <= 20
 
 
+@pytest.mark.slow
 def test_gains_of_several_stages_are_searched_on_their_sheets(
     lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +82,7 @@ def test_what_does_not_go_together_is_refused() -> None:
         macromicro.robust(PRINTER, workers=0)
 
 
+@pytest.mark.slow
 def test_machines_that_differ_are_those_of_the_command(
     lab: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

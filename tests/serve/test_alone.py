@@ -105,6 +105,7 @@ def test_a_carriage_alone(lab: str, tmp_path: Path) -> None:
         assert "move macro" in offered and "move micro" not in offered
 
 
+@pytest.mark.slow
 def test_a_micro_stage_alone(lab: str, tmp_path: Path) -> None:
     for _ in range(2):  # its place needs no file
         with Station(f"{lab}:stage", settings=patient(), state=tmp_path / "p.json") as station:

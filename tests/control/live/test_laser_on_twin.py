@@ -54,6 +54,7 @@ def test_homing_places_the_edges(bench: Blurred) -> None:
     assert abs(end.position - bench.true_position()) < end.uncertainty
 
 
+@pytest.mark.slow
 def test_places_far_apart_are_known_to_a_few_micrometres(bench: Blurred) -> None:
     errors = []
     for target in (0.19, 0.0123, 0.1031):
@@ -91,6 +92,7 @@ def test_a_zero_far_from_home_leaves_the_coordinates(bench: Blurred) -> None:
     assert abs(bench.s.seen.position - bench.true_position()) < bench.s.survey.half
 
 
+@pytest.mark.slow
 def test_without_a_laser_all_is_as_by_the_encoder(bench: Blurred) -> None:
     bench.laser = False
     bench.tick()

@@ -6,6 +6,7 @@ import math
 from collections import deque
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -272,6 +273,7 @@ def random_action(rng: np.random.Generator) -> object:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0, 1]))
+@pytest.mark.slow
 def test_long_random_walks_keep_the_rules(seed: int, supersede: int) -> None:
     rng = np.random.default_rng(seed)
     up = [("follow", 1), m.ClearFault(True), m.Enable(), m.Home(), ("follow", 350)]

@@ -284,7 +284,7 @@ def test_on_the_bench_moves_end_in_the_count_near_the_limit(bench):
         assert least < near < 1.1 * least
 
 
-@pytest.mark.parametrize("share", [0.85, 1.15])
+@pytest.mark.parametrize("share", [pytest.param(0.85, marks=pytest.mark.slow), 1.15])
 def test_on_a_bench_of_other_friction_no_move_is_missed(bench, share):
     assert all(left == 0.0 for _, _, left in arrivals(bench(share)))
 

@@ -93,6 +93,7 @@ def test_the_news_of_an_end_come_before_its_put_is_answered(ready: None) -> None
     done.disconnect()
 
 
+@pytest.mark.slow
 def test_ophyd_sets_and_waits(ready: None, motor: Any) -> None:
     status = motor.set(12.5)
     status.wait(60.0)

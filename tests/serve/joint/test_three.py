@@ -85,6 +85,7 @@ def test_unknown_names_are_refused_with_those_of_the_machine(bed: Bed) -> None:
     assert isinstance(refused, Refused) and refused.reason.startswith("z: position 1 mm")
 
 
+@pytest.mark.slow
 def test_its_programme_moves_all_stages_at_once(bed: Bed) -> None:
     plan = bed.settings.programmes.named("usual", bed.settings.live.limits).plan
     assert bed.done(m.Programme(plan)).outcome == m.DONE

@@ -8,7 +8,7 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Finished
-from macromicro.machines.rig import CompiledTwin
+from macromicro.machines.rig import Twin
 from macromicro.rig.session import Session
 from macromicro.serve.persist import Restored
 from macromicro.serve.shared import LINES
@@ -23,7 +23,7 @@ class Bed:
         found = settings.load(file)
         assert found is not None
         self.tree, self.pitch, self.period = found.tree, found.live.pitch, found.period
-        self.twin = CompiledTwin(found.machine.kind, found.tree, seed)
+        self.twin = Twin(found.machine.kind, found.tree, seed)
         self.rig: Any = opening.simulated(found, seed)
         if real:
             self.rig = stage_rig.Real(found.machine, found.tree, (self.twin,))

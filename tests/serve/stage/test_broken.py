@@ -79,7 +79,12 @@ def ready(name: str) -> Broken:
 
 @pytest.mark.parametrize(
     ("name", "dead"),
-    [("printer", "encoder"), ("servo", "motor"), ("screw", "encoder"), ("stage", "motor")],
+    [
+        ("printer", "encoder"),
+        ("servo", "motor"),
+        pytest.param("screw", "encoder", marks=pytest.mark.slow),
+        pytest.param("stage", "motor", marks=pytest.mark.slow),
+    ],
 )
 def test_a_homing_without_encoder_or_motor_ends_soon_with_the_reason(name: str, dead: str) -> None:
     """Nor is the stage driven to its other end, which it would lean on for minutes."""
@@ -97,7 +102,7 @@ def test_a_homing_without_encoder_or_motor_ends_soon_with_the_reason(name: str, 
     assert abs(bed.moved - start) < 0.25 * way
 
 
-@pytest.mark.parametrize("name", ["printer", "servo"])
+@pytest.mark.parametrize("name", ["printer", pytest.param("servo", marks=pytest.mark.slow)])
 def test_a_slow_jog_without_encoder_ends_soon(name: str) -> None:
     bed = Broken(MACHINES / f"{name}.toml")
     bed.per_count = 0.0
@@ -129,7 +134,7 @@ def test_a_stop_behind_a_dead_encoder_does_not_drive_the_carriage_on(sign: float
     assert bed.end(m.Home()).outcome == m.DONE and bed.trusted
 
 
-@pytest.mark.parametrize("name", ["printer", "servo"])
+@pytest.mark.parametrize("name", ["printer", pytest.param("servo", marks=pytest.mark.slow)])
 def test_a_stop_without_a_fault_ends_no_trust(name: str) -> None:
     bed = ready(name)
     travel = bed.tree.travel
@@ -142,7 +147,8 @@ def test_a_stop_without_a_fault_ends_no_trust(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "enabled"), [("printer", True), ("screw", False), ("servo", True)]
+    ("name", "enabled"),
+    [("printer", True), ("screw", False), pytest.param("servo", True, marks=pytest.mark.slow)],
 )
 def test_a_jump_at_rest_ends_trust_until_it_is_homed(name: str, enabled: bool) -> None:
     bed = ready(name)
@@ -240,7 +246,7 @@ def test_a_wire_that_does_not_contract_is_heated_no_longer_than_one_that_does() 
     assert bed.effort == 0.0
 
 
-@pytest.mark.parametrize("request_", [m.Stop(), m.LinkLost()])
+@pytest.mark.parametrize("request_", [pytest.param(m.Stop(), marks=pytest.mark.slow), m.LinkLost()])
 def test_a_wire_that_is_stopped_or_left_is_let_go(request_: Any) -> None:
     bed = ready("wire-150um")
     assert bed.end(m.MoveTo(1e-3)).outcome == m.DONE

@@ -85,6 +85,7 @@ def test_a_setting_that_is_not_there_is_refused() -> None:
     assert not isinstance(stage.ask(m.SetGains((("correction.on", 0),))), Accepted)
 
 
+@pytest.mark.slow
 def test_longer_after_the_start_than_it_was_measured_the_half_width_grows(tmp_path: Path) -> None:
     file = tmp_path / "screw.toml"
     warm = 'warm_up = 1e-3\nwarm_time = "1 s"\nwarm_until = "1 s"\n\n[controller]'
