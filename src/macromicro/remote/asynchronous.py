@@ -220,7 +220,7 @@ class AsyncMachine(Client[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, 
         await self.link.order("capture", **fields)
         return AsyncCapture(self)
 
-    # What the verbs need
+    # How the orders of the base are sent
 
     def forget(self, motion: AsyncMotion) -> None:
         """A motion has ended.
