@@ -176,9 +176,15 @@ def repeats(head: str, words: str) -> bool:
     return bool(said) and not re.search(r"[\d(\[,;]", words) and said <= set(map(str.lower, known))
 
 
-def wrong(function: Function) -> list[str]:
+def inherited(name: str) -> str:
+    """The docstring of a method, or that of the method of its base that it overrides."""
+    home, _, last = name.rpartition(".")
+    return getdoc(getattr(sys.modules.get(home) or _thing(home), last)) or ""
+
+
+def wrong(function: Function, docstring: str = "") -> list[str]:
     """What is missing in the docstring of a public function, and what says nothing."""
-    found = sections(ast.get_docstring(function) or "")
+    found = sections(ast.get_docstring(function) or docstring)
     entries = found.get("Parameters", {})
     named = [name for head in entries for name in head.split(" :")[0].split(", ")]
     given, result = taken(function), gives(function)
@@ -193,7 +199,7 @@ def wrong(function: Function) -> list[str]:
 
 @pytest.mark.parametrize("module", PUBLIC)
 def test_a_public_function_says_what_it_takes_gives_and_raises(module: str) -> None:
-    found = {name: wrong(function) for name, function in functions(module)}
+    found = {name: wrong(function, inherited(name)) for name, function in functions(module)}
     assert {name: problems for name, problems in found.items() if problems} == {}
 
 

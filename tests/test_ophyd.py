@@ -56,6 +56,14 @@ def test_making_one_moves_nothing_and_ready_may_be_called_again(made: tuple[Any,
     assert device.unstage() == [device] and device.machine.state.mode == "ready"
 
 
+def test_a_stage_that_the_machine_has_not_is_refused(made: tuple[Any, Any]) -> None:
+    from macromicro.ophyd import Positioner
+
+    with pytest.raises(InputError, match="axis: 'x'; accepted: none"):
+        Positioner(machine=made[0].machine, axis="x")
+    assert made[0].machine.state.running  # a shared client stays connected
+
+
 def test_it_is_enabled_and_homed_and_moves(stage: Any) -> None:
     assert stage.machine.state.trusted and stage.egu == "mm"
     status = stage.set(12.5)

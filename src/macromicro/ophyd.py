@@ -13,11 +13,12 @@ from ophyd.status import MoveStatus
 from ophyd.utils import LimitError
 
 from macromicro.control.live.messages import SUPERSEDED
-from macromicro.errors import MacromicroError
+from macromicro.errors import InputError, MacromicroError
 from macromicro.remote import gathering
 from macromicro.remote.failures import MotionFailed, RequestRefused
 from macromicro.remote.machine import Machine, Motion, connect
 from macromicro.serve.hosts import HOST, WEB_PORT
+from macromicro.serve.snapshot import AxisNow
 from macromicro.units import quantity
 
 TWIN = "twin"
@@ -87,6 +88,10 @@ class Positioner(PositionerBase):  # type: ignore[misc]
             host, port, token = HOST, self._twin.start(), self._twin.token
         try:
             self.machine = machine or connect(host, port, token=token)
+            known = [each["name"] for each in self.machine.about["axes"]]
+            if axis and axis not in known:
+                accepted = ", ".join(known) or "none: this machine has one position"
+                raise InputError("axis", axis, accepted)
             self._axis = axis
             self._gathering = gathering.of(self.machine)
             self._lock = self._gathering.lock
@@ -147,10 +152,15 @@ class Positioner(PositionerBase):  # type: ignore[misc]
     @property
     def position(self) -> float:
         """Where it is now."""
-        state = self.machine.state
-        if not self._axis:
-            return state.position * self._per
-        return next(a.position_m for a in state.axes if a.name == self._axis) * self._per
+        return self._place(self.machine.state)
+
+    def _place(self, state: Any) -> float:
+        own = self._stage_now(state)
+        return (state.position if own is None else own.position_m) * self._per
+
+    def _stage_now(self, state: Any) -> AxisNow | None:
+        """Its own one of several stages."""
+        return next((axis for axis in state.axes if axis.name == self._axis), None)
 
     def locate(self) -> dict[str, float]:
         """Set point, where relative moves of plans start, and readback.
@@ -160,18 +170,18 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         dict[str, float]
             "setpoint": target of the last move, else the position; "readback"; mm or deg.
         """
-        state, here = self.machine.state, self.position
-        targets = [axis.target_m for axis in state.axes if axis.name == self._axis]
-        target = (targets[0] if self._axis else state.target) * self._per
+        state = self.machine.state
+        own, here = self._stage_now(state), self._place(state)
+        target = (state.target if own is None else own.target_m) * self._per
         return {"setpoint": here if math.isnan(target) else target, "readback": here}
 
     @property
     def limits(self) -> tuple[float, float]:
         """The soft limits in force."""
         state = self.machine.state
-        for each in state.axes:
-            if each.name == self._axis:
-                return each.low_m * self._per, each.high_m * self._per
+        own = self._stage_now(state)
+        if own is not None:
+            return own.low_m * self._per, own.high_m * self._per
         return state.limits["whole_low"] * self._per, state.limits["whole_high"] * self._per
 
     @property
@@ -291,7 +301,7 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         """
         now, state = time.time(), self.machine.state
         return {
-            self.name: {"value": self.position, "timestamp": now},
+            self.name: {"value": self._place(state), "timestamp": now},
             f"{self.name}_uncertainty": {"value": state.uncertainty * self._per, "timestamp": now},
         }
 
@@ -327,13 +337,9 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         dict[str, dict[str, Any]]
             Source, type, shape and unit by name.
         """
+        about = {"dtype": "number", "shape": []}
         return {
-            key: {
-                "source": f"macromicro {s['path']}",
-                "dtype": "number",
-                "shape": [],
-                "units": s["unit"],
-            }
+            key: about | {"source": f"macromicro {s['path']}", "units": s["unit"]}
             for key, s in self._gains().items()
         }
 

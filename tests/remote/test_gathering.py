@@ -86,6 +86,30 @@ def test_it_begins_once_nothing_else_moves() -> None:
         assert one.result(20.0) == other.result(20.0) == ("point", 0.02, 0.03)
 
 
+def test_one_that_is_stopped_does_not_wait_for_what_moves() -> None:
+    fake, gone = Fake(), threading.Event()
+    fake.state.motion = 7
+    gathered = gathering.of(fake)  # type: ignore[arg-type]
+
+    def check() -> None:
+        if gone.is_set():
+            stopped()
+
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(gathered.begin, "x", 0.02, fine)
+        second = pool.submit(gathered.begin, "y", 0.03, check)
+        with pytest.raises(TimeoutError):
+            second.result(2.0 * gathering.GATHER_S)
+        gone.set()
+        try:
+            with pytest.raises(MotionFailed):
+                second.result(20.0)
+            assert not first.done()
+        finally:
+            fake.state.motion = 0
+        assert first.result(20.0) == ("axis", "x", 0.02)
+
+
 def test_one_that_is_stopped_before_it_begins_leaves_the_other() -> None:
     fake = Fake()
     assert both(fake, fine, stopped) == [("axis", "y", 0.03), MotionFailed]

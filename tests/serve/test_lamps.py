@@ -7,9 +7,8 @@ from pathlib import Path
 
 from macromicro.rig.session import Session
 from macromicro.serve import _lamps
-from macromicro.serve.joint import settings
 from macromicro.serve.shared import LINES
-from macromicro.serve.stage import opening
+from macromicro.serve.stage import opening, settings
 from macromicro.serve.stage.rig import Guarded
 
 PLOTTER = Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from macromicro.machines.joint.settings import of
-from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.stage import guide
 from macromicro.serve.stage.settings import StageSettings
 
@@ -28,9 +26,9 @@ class Bounds(NamedTuple):
 def leading(settings: Any) -> tuple[Any, Any] | None:
     """Machine and settings of the stage whose faults are tried, of two axes the first; None for the
     two-stage machine."""
-    if isinstance(settings, JointSettings):
-        return settings.machine.stages[0][1], of(settings.tree)[0]
-    return (settings.machine, settings.tree) if isinstance(settings, StageSettings) else None
+    if not isinstance(settings, StageSettings):
+        return None
+    return settings.machine.stages[0][1], settings.trees[0][1]
 
 
 def bounds(settings: Any) -> Bounds:

@@ -13,7 +13,6 @@ from faultmatrix.reasons import ABSOLUTE, REASONS
 from faultmatrix.subjects import Made
 from macromicro.control.live import messages as m
 from macromicro.rig import faulty
-from macromicro.serve.joint.settings import JointSettings
 
 MODES = ("disabled", "holding", "homing", "jogging", "moving", "programme")
 SAFE_, HARMLESS, UNSEEN, UNSAFE, FALSE = (
@@ -75,7 +74,7 @@ class Plan(NamedTuple):
     def move(self, share: float) -> Any:
         """To a share of its travel."""
         place = self.low + share * (self.high - self.low)
-        if isinstance(self.made.settings, JointSettings):
+        if self.made.settings.axes:
             return m.MoveAxis("x", place)
         return m.MoveTo(place)
 
@@ -99,7 +98,7 @@ def planned(made: Made, home: Home) -> Plan:
             show = (1e6, "um")
     if settings.live.turns:
         show = (math.degrees(1.0), "deg")
-    if isinstance(settings, JointSettings):
+    if settings.axes:
         stage = "x"
     judged = bounds(settings)
     return Plan(
@@ -270,7 +269,7 @@ class Trial:
     @property
     def _waits(self) -> bool:
         """Does the axis with the fault rest while the other one still homes?"""
-        return isinstance(self.plan.made.settings, JointSettings)
+        return bool(self.plan.made.settings.axes)
 
     def _verdict(self, what: str, later: str, healed: bool) -> tuple[str, str]:
         judge, reason = self.judge, self._reason()

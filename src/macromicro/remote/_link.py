@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import struct
 import time
 from typing import Any
 
 from macromicro.remote.failures import ConnectionLost, RequestRefused, StopNotConfirmed
 from macromicro.serve import unconfirmed
 from macromicro.serve.hosts import STARTING
+from macromicro.serve.web.bins import PIECE, PIECE_KIND
 
 BEAT_S, KEEP_S = 0.5, 0.1
 FRAME_S = 0.01
-_PIECE, _A_PIECE = struct.Struct("<4Id"), 2  # kind, id of the order, two numbers, size of the file
 RATE, BURST = 80.0, 100.0  # messages a second and at once: fewer than a server takes
 CONFIRM_S = 1.0  # within which a stop is confirmed
 CLOSE_S = 1.0  # for the farewell
@@ -155,7 +154,7 @@ class Link:
         piece = self._pieces.pop(found["reply"], b"")
         if not piece:
             return found, b"", 0
-        return found, piece[_PIECE.size :], int(_PIECE.unpack_from(piece)[4])
+        return found, piece[PIECE.size :], int(PIECE.unpack_from(piece)[4])
 
     async def close(self) -> None:
         for task in self._tasks:
@@ -192,8 +191,8 @@ class Link:
     def _take(self, message: str | bytes) -> None:
         self._heard = time.monotonic()
         if isinstance(message, bytes):
-            kind, number = _PIECE.unpack_from(message)[:2]
-            if kind == _A_PIECE:
+            kind, number = PIECE.unpack_from(message)[:2]
+            if kind == PIECE_KIND:
                 self._pieces[number] = message
                 return
             if self.frames.full():

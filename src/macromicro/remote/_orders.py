@@ -12,7 +12,8 @@ from macromicro.units import quantity, remedy
 
 
 def place_of(about: dict[str, Any]) -> Place:
-    base = about["limits"]["base"]
+    """What a machine's places are counted in; m as long as nothing is known of it."""
+    base = about["limits"]["base"] if about else ""
     return next((place for place in PLACES if place.base == base), LENGTH)
 
 

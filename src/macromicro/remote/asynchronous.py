@@ -3,16 +3,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from collections.abc import AsyncIterator, Coroutine, Mapping, Sequence
+from collections.abc import AsyncIterator, Coroutine, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from macromicro.errors import InputError
-from macromicro.place import LENGTH
 from macromicro.remote import _orders, capturing
+from macromicro.remote._client import Client
 from macromicro.remote._link import CONFIRM_S, Link
 from macromicro.remote._state import State, Traces, Window, read_state
-from macromicro.remote._verbs import Verbs
 from macromicro.remote.capturing import AsyncCapture
 from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
 from macromicro.remote.following import AsyncStream
@@ -69,7 +67,7 @@ class AsyncMotion:
         return MotionFailed(self.words, end["outcome"], where, end["evidence"], remedy)
 
 
-class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, dict[str, Any]]]):
+class AsyncMachine(Client[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, dict[str, Any]]]):
     """A served machine, for asyncio; `async with` connects, and at the end stops what it moves.
 
     Parameters
@@ -110,17 +108,6 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         self._control, self._held = control, False
         self._recording, self._views = "", 0
         self._under_way: set[AsyncMotion] = set()
-        self.place = LENGTH
-
-    @property
-    def about(self) -> dict[str, Any]:
-        """What the server says of itself and its machine."""
-        return self.link.about
-
-    @property
-    def settings(self) -> list[dict[str, Any]]:
-        """The controller's settings in force: path, value, unit, meaning, bounds."""
-        return self.link.gains
 
     async def open(self) -> None:
         """Connect, and take control if requested.
@@ -133,7 +120,6 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
             The token is wrong, or another client holds control.
         """
         await self.link.open()
-        self.place = _orders.place_of(self.about)
         try:
             if self._control:
                 await self.take()
@@ -184,16 +170,6 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         return read_state((await self.link.order("state"))["state"])
 
     async def ready(self) -> None:
-        """Enable the machine where it is disabled, and home it where its position is not trusted.
-        Homing moves it. Does nothing where it is ready; may be called again.
-
-        Raises
-        ------
-        RequestRefused
-            The machine refuses, as in a fault.
-        MotionFailed
-            Homing fails.
-        """
         state = await self.state()
         if state.mode == "disabled":
             await self.enable()
@@ -201,18 +177,6 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
             await self.home()
 
     async def traces(self, span: float = 10.0) -> AsyncIterator[Traces]:
-        """Yield the last seconds about 30 times a second.
-
-        Parameters
-        ----------
-        span : float, optional
-            2, 10 or 60 s.
-
-        Yields
-        ------
-        Traces
-            All that there is of the span.
-        """
         self._views += 1
         number = self._views
         await self.link.order("view", span=span, columns=_COLUMNS, view=number)
@@ -227,23 +191,6 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
                 await self.link.order("view", frames=False)
 
     async def save_recording(self, path: str | os.PathLike[str]) -> int:
-        """End the recording that `record` began, and fetch its file.
-
-        Parameters
-        ----------
-        path : str | os.PathLike[str]
-            The file; an existing one is replaced.
-
-        Returns
-        -------
-        int
-            Number of rows.
-
-        Raises
-        ------
-        RequestRefused
-            This client has begun no recording.
-        """
         if not self._recording:
             raise RequestRefused("this client has begun no recording", "record() first")
         rows = int((await self.link.order("end recording"))["rows"])
@@ -258,22 +205,6 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         return rows
 
     def follow(self, stage: str = "", *, hold: float = 0.1) -> AsyncStream:
-        """Stream set points for the machine to follow within its limits.
-
-        Parameters
-        ----------
-        stage : str, optional
-            What follows; by default the only stage, the macro-stage, or all axes.
-        hold : float, optional
-            Longest time without a set point, s, 0.01 to 1: the machine comes to rest after it,
-            and the motion ends as "lost".
-
-        Returns
-        -------
-        AsyncStream
-            An asynchronous context manager with `put`; at its end the machine rests at the last
-            set point.
-        """
         return AsyncStream(self, stage, hold)
 
     async def capture(
@@ -285,36 +216,11 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         after: float = 1.0,
         repeat: bool = False,
     ) -> AsyncCapture:
-        """Capture signals around an event, at the loop's rate.
-
-        Parameters
-        ----------
-        signals : str | Sequence[str]
-            Names of telemetry columns, at most 8; `about["signals"]` lists them with their units.
-        trigger : str | Trigger, optional
-            "now"; "begin" or "end" of a motion; "fault"; "limit", a limit switch or the end of a
-            motion at a limit; or a `Trigger` of an edge or a level of a signal.
-        before, after : float, optional
-            Times before and after the trigger, s; together less than the last minute.
-        repeat : bool, optional
-            Whether it begins again once it is complete.
-
-        Returns
-        -------
-        AsyncCapture
-            The capture, which waits for its trigger from now on; it takes the place of the last
-            one of this client.
-
-        Raises
-        ------
-        RequestRefused
-            There is no such signal or trigger.
-        """
         fields = capturing.order(signals, trigger, before, after, repeat)
         await self.link.order("capture", **fields)
         return AsyncCapture(self)
 
-    # What the verbs need
+    # How the orders of the base are sent
 
     def forget(self, motion: AsyncMotion) -> None:
         """A motion has ended.
@@ -333,15 +239,11 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         while (await self.state()).motion:
             await asyncio.sleep(0.02)
 
-    async def _order(
-        self, name: str, values: tuple[Any, ...] = (), own: dict[str, Any] | None = None
-    ) -> dict[str, Any]:
-        fields = own or {}
-        if values:
+    async def _order(self, name: str, *args: Any, **fields: Any) -> dict[str, Any]:
+        if args:
             kind = self._kind(name)
-            fields = fields | _orders.order(
-                kind, _orders.checked(kind, values, self.place), self.place
-            )
+            given = _orders.checked(kind, args, self.place)
+            fields = _orders.order(kind, given, self.place)
         found = await self.link.order(name, **fields)
         self._recording = found["name"] if name == "record" else self._recording
         if name in ("take", "release"):
@@ -351,25 +253,23 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         return found
 
     async def _motion(
-        self, name: str, values: tuple[Any, ...] = (), *, wait: bool, replace: bool = False
+        self, name: str, *args: Any, wait: bool, replace: bool = False
     ) -> AsyncMotion:
-        kind = self._kind(name)
-        given = _orders.checked(kind, values, self.place)
-        fields = _orders.order(kind, given, self.place)
-        if kind.replaces:
-            fields["replace"] = replace
-        jog = name == "jog" and given[1] != 0.0 and len(given) == 2  # else its caller renews it
-        words = kind.words(given, self.place) if kind.motion else name
-        return await self._begin(name, fields, words, wait=wait, jog=jog)
-
-    async def _begin(
-        self, name: str, fields: dict[str, Any], words: str, *, wait: bool, jog: bool = False
-    ) -> AsyncMotion:
+        if name == "programme":
+            words, fields = await self._programme(*args)
+        else:
+            kind = self._kind(name)
+            given = _orders.checked(kind, args, self.place)
+            fields = _orders.order(kind, given, self.place)
+            if kind.replaces:
+                fields["replace"] = replace
+            words = kind.words(given, self.place) if kind.motion else name
         motion = AsyncMotion(self, 0, words)
         self._under_way.add(motion)  # before the answer, which may never come
         try:
             motion.number = (await self.link.order(name, **fields))["motion"]
-            self.link.jogs = jog
+            # Without a hold time, by which its caller renews it, this client keeps a jog going.
+            self.link.jogs = name == "jog" and fields["speed"] != 0.0 and "hold" not in fields
             if wait:
                 await motion.wait()
         except asyncio.CancelledError:
@@ -383,23 +283,14 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
             self.forget(motion)  # `link.jogs` says whether there is one
         return motion
 
-    async def _programme(self, name: str | os.PathLike[str], *, wait: bool) -> AsyncMotion:
-        if isinstance(name, str) and name in self.about["programmes"]:
-            return await self._begin("programme", {"name": name}, f"programme {name}", wait=wait)
+    async def _programme(self, name: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
+        """The words of a programme, which is sent first where it is a file, and its order."""
+        known = self.about["programmes"]
+        if isinstance(name, str) and name in known:
+            return f"programme {name}", {"name": name}
         path = Path(name)
-        known = ", ".join(self.about["programmes"])
-        text = read_text(path, f"a file (.toml or .csv), or one of {known}")
+        text = read_text(path, f"a file (.toml or .csv), or one of {', '.join(known)}")
         for start in range(0, max(len(text), 1), PIECE):
             piece = {"name": path.name, "offset": start, "text": text[start : start + PIECE]}
             await self.link.order("upload", **piece, last=start + PIECE >= len(text))
-        words = f"programme {path.name}"
-        return await self._begin("programme", {"uploaded": True}, words, wait=wait)
-
-    async def _gains(self, changes: Mapping[str, float | int | str]) -> dict[str, Any]:
-        now = {each["path"]: each["value"] for each in self.settings}
-        for path in changes:
-            if path not in now:
-                raise InputError("gains", path, f"one of {', '.join(now)}")
-        return await self.link.order(
-            "gains", changes=[[path, now[path], value] for path, value in changes.items()]
-        )
+        return f"programme {path.name}", {"uploaded": True}

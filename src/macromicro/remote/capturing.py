@@ -80,13 +80,7 @@ class Curves:
 
 
 class AsyncCapture:
-    """A capture that the server makes; `wait` gives its curves.
-
-    Parameters
-    ----------
-    machine : AsyncMachine
-        The client.
-    """
+    """A capture that the server makes; `wait` gives its curves."""
 
     def __init__(self, machine: AsyncMachine) -> None:
         self._machine = machine
@@ -134,15 +128,7 @@ class AsyncCapture:
 
 
 class Capture:
-    """A capture that the server makes; `wait` gives its curves.
-
-    Parameters
-    ----------
-    machine : Machine
-        The client.
-    inner : AsyncCapture
-        What it drives.
-    """
+    """A capture that the server makes; `wait` gives its curves."""
 
     def __init__(self, machine: Machine, inner: AsyncCapture) -> None:
         self._machine, self._inner = machine, inner

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -16,20 +17,11 @@ POLL_S = 0.02
 
 
 class _Part(NamedTuple):
-    """A pending move of one axis; `wanted` raises the reason once it is void."""
+    """A pending move of one axis; `check` raises the reason once it is void."""
 
     goal: float
     check: Callable[[], None]
-
-
-class _Batch:
-    """Gathered moves and their motion."""
-
-    def __init__(self) -> None:
-        self.parts: dict[str, _Part] = {}
-        self.done = threading.Event()
-        self.motion: Motion | None = None
-        self.failures: dict[str, BaseException] = {}
+    begun: Future[Motion]
 
 
 class Gathering:
@@ -38,50 +30,47 @@ class Gathering:
     def __init__(self, machine: Machine) -> None:
         self.lock = threading.Lock()  # behind a stop that holds it nothing begins
         self._machine = machine
-        self._batch: _Batch | None = None
+        self._parts: dict[str, _Part] = {}  # by axis, of the moves that are being gathered
 
     def begin(self, axis: str, goal: float, check: Callable[[], None]) -> Motion:
         """Begin a move once all rest, together with those of others within `GATHER_S`."""
+        part = _Part(goal, check, Future())
         with self.lock:
-            batch = self._batch
-            first = batch is None or axis in batch.parts
-            if batch is None or first:
-                batch = self._batch = _Batch()
-            batch.parts[axis] = _Part(goal, check)
+            first = not self._parts or axis in self._parts
+            if first:
+                self._parts = {}
+            parts = self._parts
+            parts[axis] = part
         if first:
             time.sleep(GATHER_S)
-            while not self._begun(batch):
+            while not self._begun(parts):
                 time.sleep(POLL_S)
-        batch.done.wait()
-        if axis in batch.failures:
-            raise batch.failures[axis]
-        assert batch.motion is not None
-        return batch.motion
+        return part.begun.result()
 
-    def _begun(self, batch: _Batch) -> bool:
+    def _begun(self, parts: dict[str, _Part]) -> bool:
         """Begin the gathered moves unless something moves; True once there is an outcome."""
         with self.lock:
-            parts = dict(batch.parts)
             try:
                 moving = self._machine.state.motion  # before the checks, as the answer takes time
-                for axis, part in parts.items():
+                for axis, part in list(parts.items()):
                     try:
                         part.check()
                     except MacromicroError as error:
-                        batch.failures[axis] = error
-                well = {a: p for a, p in parts.items() if a not in batch.failures}
-                wanted: dict[str, Any] = {a: p.goal for a, p in well.items()}
-                if wanted and moving:
+                        parts.pop(axis).begun.set_exception(error)
+                if parts and moving:
                     return False
-                if len(wanted) > 1:
-                    batch.motion = self._machine.move_point(**wanted, wait=False)
-                for axis, goal in wanted.items() if len(wanted) == 1 else ():
-                    batch.motion = self._machine.move_axis(axis, goal, wait=False)
+                goals: dict[str, Any] = {axis: part.goal for axis, part in parts.items()}
+                if len(goals) > 1:
+                    motion = self._machine.move_point(**goals, wait=False)
+                elif goals:
+                    motion = self._machine.move_axis(*goals.popitem(), wait=False)
+                for part in parts.values():
+                    part.begun.set_result(motion)
             except BaseException as error:
-                batch.failures |= dict.fromkeys(set(parts) - set(batch.failures), error)
-            if self._batch is batch:
-                self._batch = None
-            batch.done.set()
+                for part in parts.values():
+                    part.begun.set_exception(error)
+            if self._parts is parts:
+                self._parts = {}
             return True
 
 

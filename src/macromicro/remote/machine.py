@@ -5,12 +5,11 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from typing import Any, Self, TypeVar
 
-from macromicro.place import Place
+from macromicro.remote._client import Client
 from macromicro.remote._state import State, Traces
-from macromicro.remote._verbs import Verbs
 from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
 from macromicro.remote.capturing import Capture
 from macromicro.remote.failures import ConnectionLost
@@ -53,7 +52,7 @@ class Motion:
         return self._machine.run(asyncio.wait_for(self._inner.wait(), timeout))
 
 
-class Machine(Verbs[Motion, None]):
+class Machine(Client[Motion, None]):
     """A served machine; a context manager that at its end stops what it moves.
 
     What waits (a move, homing) also stops the machine where it is interrupted by Ctrl-C. The
@@ -66,7 +65,7 @@ class Machine(Verbs[Motion, None]):
     """
 
     def __init__(self, inner: AsyncMachine) -> None:
-        self._inner = inner
+        self._inner, self.link = inner, inner.link
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(
             target=self._loop.run_forever, name="macromicro client", daemon=True
@@ -79,21 +78,6 @@ class Machine(Verbs[Motion, None]):
             raise
 
     @property
-    def about(self) -> dict[str, Any]:
-        """What the server says of itself and its machine."""
-        return self._inner.about
-
-    @property
-    def place(self) -> Place:
-        """What the machine's places are counted in, and read in by people."""
-        return self._inner.place
-
-    @property
-    def settings(self) -> list[dict[str, Any]]:
-        """The controller's settings in force: path, value, unit, meaning, bounds."""
-        return self._inner.settings
-
-    @property
     def state(self) -> State:
         """The machine now, asked of the server."""
         return self.run(self._inner.state())
@@ -104,31 +88,9 @@ class Machine(Verbs[Motion, None]):
         return self.state.position
 
     def ready(self) -> None:
-        """Enable the machine where it is disabled, and home it where its position is not trusted.
-        Homing moves it. Does nothing where it is ready; may be called again.
-
-        Raises
-        ------
-        RequestRefused
-            The machine refuses, as in a fault.
-        MotionFailed
-            Homing fails.
-        """
         self.run(self._inner.ready())
 
     def traces(self, span: float = 10.0) -> Iterator[Traces]:
-        """Yield the last seconds about 30 times a second.
-
-        Parameters
-        ----------
-        span : float, optional
-            2, 10 or 60 s.
-
-        Yields
-        ------
-        Traces
-            All that there is of the span.
-        """
         shown = self._inner.traces(span)
         try:
             while True:
@@ -137,41 +99,9 @@ class Machine(Verbs[Motion, None]):
             self.run(shown.aclose())  # type: ignore[attr-defined]
 
     def save_recording(self, path: str | os.PathLike[str]) -> int:
-        """End the recording that `record` began, and fetch its file.
-
-        Parameters
-        ----------
-        path : str | os.PathLike[str]
-            The file; an existing one is replaced.
-
-        Returns
-        -------
-        int
-            Number of rows.
-
-        Raises
-        ------
-        RequestRefused
-            This client has begun no recording.
-        """
         return self.run(self._inner.save_recording(path))
 
     def follow(self, stage: str = "", *, hold: float = 0.1) -> Stream:
-        """Stream set points for the machine to follow within its limits.
-
-        Parameters
-        ----------
-        stage : str, optional
-            What follows; by default the only stage, the macro-stage, or all axes.
-        hold : float, optional
-            Longest time without a set point, s, 0.01 to 1: the machine comes to rest after it,
-            and the motion ends as "lost".
-
-        Returns
-        -------
-        Stream
-            A context manager with `put`; at its end the machine rests at the last set point.
-        """
         return Stream(self, AsyncStream(self._inner, stage, hold))
 
     def capture(
@@ -183,31 +113,6 @@ class Machine(Verbs[Motion, None]):
         after: float = 1.0,
         repeat: bool = False,
     ) -> Capture:
-        """Capture signals around an event, at the loop's rate.
-
-        Parameters
-        ----------
-        signals : str | Sequence[str]
-            Names of telemetry columns, at most 8; `about["signals"]` lists them with their units.
-        trigger : str | Trigger, optional
-            "now"; "begin" or "end" of a motion; "fault"; "limit", a limit switch or the end of a
-            motion at a limit; or a `Trigger` of an edge or a level of a signal.
-        before, after : float, optional
-            Times before and after the trigger, s; together less than the last minute.
-        repeat : bool, optional
-            Whether it begins again once it is complete.
-
-        Returns
-        -------
-        Capture
-            The capture, which waits for its trigger from now on; it takes the place of the last
-            one of this client.
-
-        Raises
-        ------
-        RequestRefused
-            There is no such signal or trigger.
-        """
         begun = self._inner.capture(signals, trigger, before=before, after=after, repeat=repeat)
         return Capture(self, self.run(begun))
 
@@ -269,22 +174,12 @@ class Machine(Verbs[Motion, None]):
         self._thread.join()
         self._loop.close()
 
-    def _motion(
-        self, name: str, values: tuple[Any, ...] = (), *, wait: bool, replace: bool = False
-    ) -> Motion:
-        begun = self._inner._motion(name, values, wait=wait, replace=replace)
+    def _motion(self, name: str, *args: Any, wait: bool, replace: bool = False) -> Motion:
+        begun = self._inner._motion(name, *args, wait=wait, replace=replace)
         return Motion(self, self.run(begun))
 
-    def _order(
-        self, name: str, values: tuple[Any, ...] = (), own: dict[str, Any] | None = None
-    ) -> None:
-        self.run(self._inner._order(name, values, own))
-
-    def _programme(self, name: str | os.PathLike[str], *, wait: bool) -> Motion:
-        return Motion(self, self.run(self._inner._programme(name, wait=wait)))
-
-    def _gains(self, changes: Mapping[str, float | int | str]) -> None:
-        self.run(self._inner._gains(changes))
+    def _order(self, name: str, *args: Any, **fields: Any) -> None:
+        self.run(self._inner._order(name, *args, **fields))
 
 
 def connect(

@@ -33,12 +33,7 @@ def guarded(host: str, token: str | None) -> None:
 
 
 def is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    return host == "localhost" or (is_address(host) and ipaddress.ip_address(host).is_loopback)
 
 
 def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
@@ -47,7 +42,7 @@ def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
         if not _NAME.fullmatch(name):
             accepted = "a host name such as bench.lab, without scheme and port"
             raise InputError("--name", printable(name, 300), accepted)
-    own = () if _address(host) else (host,)
+    own = () if is_address(host) else (host,)
     if is_everywhere(host) and _NAME.fullmatch(socket.gethostname()):
         own = (socket.gethostname(),)
     return tuple(dict.fromkeys(name.lower() for name in (*given, *own)))
@@ -58,7 +53,7 @@ def reached(host: str, bound: str) -> str:
     if is_everywhere(host):
         name = socket.gethostname()
         return name.lower() if _NAME.fullmatch(name) else bound
-    return bound if _address(host) or is_loopback(host) else host
+    return bound if is_address(host) or is_loopback(host) else host
 
 
 def url(host: str, port: int) -> str:
@@ -67,10 +62,11 @@ def url(host: str, port: int) -> str:
 
 def is_everywhere(host: str) -> bool:
     """Whether it stands for all addresses of this computer."""
-    return _address(host) and ipaddress.ip_address(host).is_unspecified
+    return is_address(host) and ipaddress.ip_address(host).is_unspecified
 
 
-def _address(host: str) -> bool:
+def is_address(host: str) -> bool:
+    """Whether it is an address, and no name."""
     try:
         ipaddress.ip_address(host)
     except ValueError:

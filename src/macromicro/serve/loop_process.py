@@ -34,7 +34,6 @@ from macromicro.schema.text import printable
 from macromicro.serve import _pacing, faults
 from macromicro.serve._launching import taken
 from macromicro.serve._machine import Direct, Driving, Machine
-from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox
 from macromicro.serve.live import Live
 from macromicro.serve.loop_spec import Spec
@@ -131,7 +130,7 @@ def main() -> None:
 def open_machine(spec: Spec) -> Drivable:
     """The rig of `spec`; nothing is switched on."""
     settings = spec.settings
-    if isinstance(settings, StageSettings | JointSettings):
+    if isinstance(settings, StageSettings):
         from macromicro.serve.stage.opening import opened
 
         return opened(spec)

@@ -6,6 +6,7 @@ from typing import Any
 
 from macromicro.control.live import accept, alone, gains, guided, state, targets, transitions
 from macromicro.control.live import messages as m
+from macromicro.control.live.accept import Answer
 from macromicro.control.live.leading import Course, Guide, Guided
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
@@ -157,33 +158,29 @@ class Led(Live):
         return seen
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
-        refused = self._unable(request)
-        if refused is not None:
-            return refused, ()
         if isinstance(request, m.SetGains):
             return self._retune(request)
-        if isinstance(request, m.SetSpeed):
-            return self._pace(request)
-        if isinstance(request, m.Programme):
-            self._s, reply, notices = self._programme(request)
-            return reply, tuple(notices)
-        if not self.searches and isinstance(request, m.Home | m.ClearFault):
-            return self._known(request)
-        return super().accept(request)
+        reply, notices = super().accept(request)
+        if isinstance(request, m.SetSpeed) and isinstance(reply, Accepted):
+            self.speed = float(request.speed)
+        return reply, notices
 
     def refusal(self, request: Any) -> Refused | None:
-        refused = self._unable(request)
-        if refused is not None:
-            return refused
         if isinstance(request, m.SetGains):
             found = self._retuned(request)
             return found if isinstance(found, Refused) else None
-        if isinstance(request, m.SetSpeed):
-            return self._paceless(request)
-        if isinstance(request, m.Programme):
-            reply = self._programme(request)[1]
-            return reply if isinstance(reply, Refused) else None
         return super().refusal(request)
+
+    def _answered(self, request: Any) -> Answer:
+        if isinstance(request, m.SetSpeed):
+            return self._paced(request)
+        if isinstance(request, m.Programme):
+            return self._programme(request)
+        if isinstance(request, m.Home) and not self.searches:
+            return self._zeroed(request)
+        if isinstance(request, m.ClearFault) and not self.searches:
+            return self._cleared(request)
+        return super()._answered(request)
 
     def _retune(self, request: m.SetGains) -> tuple[Reply, tuple[Notice, ...]]:
         """Change the law's gains; it keeps its memory."""
@@ -203,14 +200,14 @@ class Led(Live):
         tree = trees.with_live_gains(self._tree, found[0])
         return gains.unfit(tree) or (tree, found[1])
 
-    def _pace(self, request: m.SetSpeed) -> tuple[Reply, tuple[Notice, ...]]:
-        """Change the speed of moves."""
+    def _paced(self, request: m.SetSpeed) -> Answer:
+        """Another speed of moves."""
         refused = self._paceless(request)
         if refused is not None:
-            return refused, ()
-        self.speed = float(request.speed)
-        facts = {f"speed_{self._p.settings.place.base}_per_s": self.speed, "client": request.client}
-        return Accepted(), (transitions.reported(self._s, "speed", "set speed", facts),)
+            return self._s, refused, ()
+        unit = f"speed_{self._p.settings.place.base}_per_s"
+        facts = {unit: float(request.speed), "client": request.client}
+        return self._s, Accepted(), (transitions.reported(self._s, "speed", "set speed", facts),)
 
     def _paceless(self, request: m.SetSpeed) -> Refused | None:
         """Why moves cannot have this speed."""
@@ -231,7 +228,7 @@ class Led(Live):
             f"at most {most}",
         )
 
-    def _programme(self, request: m.Programme) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
+    def _programme(self, request: m.Programme) -> Answer:
         s, plan = self._s, request.plan
         refused = accept.unready(self._p, s, False)
 
@@ -241,21 +238,24 @@ class Led(Live):
         found = refused or _playing.motion(s, plan, self._p.settings.pitch, self._p.settings.place)
         return accept.begin(self._p, s, found, start)
 
-    def _known(self, request: m.Home | m.ClearFault) -> tuple[Reply, tuple[Notice, ...]]:
-        """Whether the position is known once its fault is cleared: only of an absolute sensor."""
-        refused = self.refusal(request)
-        if refused is not None:
-            return refused, ()
-        notices: tuple[Notice, ...] = ()
-        if isinstance(request, m.ClearFault):
-            reply, notices = super().accept(request)
-            if not self._absolute or self._s.frame.trusted:
-                return reply, notices
-            offset, cause = self._s.frame.offset, "absolute sensor"
-        else:
-            offset, cause = self._s.seen.encoder, "zero at its position"
-        self._s, event = transitions.trusted(self._s, cause, offset)
-        return Accepted(), (*notices, event)
+    def _zeroed(self, request: m.Home) -> Answer:
+        """The zero where the stage is, which cannot home."""
+        s = self._s
+        if self._absolute or s.frame.trusted:
+            return s, _ABSOLUTE, ()
+        reply = super()._answered(request)[1]
+        if isinstance(reply, Refused):
+            return s, reply, ()
+        s, event = transitions.trusted(s, "zero at its position", s.seen.encoder)
+        return s, Accepted(), (event,)
+
+    def _cleared(self, request: m.ClearFault) -> Answer:
+        """After a fault only an absolute sensor knows the position."""
+        s, reply, notices = super()._answered(request)
+        if isinstance(reply, Refused) or not self._absolute or s.frame.trusted:
+            return s, reply, notices
+        s, event = transitions.trusted(s, "absolute sensor", s.frame.offset)
+        return s, Accepted(), (*notices, event)
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
         self._losable(self.searches or position_lost)
@@ -278,8 +278,3 @@ class Led(Live):
         """Whether its sensor is absolute."""
         homing = getattr(self._tree, "homing", None)
         return homing is None or homing.on != START
-
-    def _unable(self, request: Any) -> Refused | None:
-        if isinstance(request, m.Home) and not self.searches:
-            return _ABSOLUTE if self._absolute or self._s.frame.trusted else None
-        return None

@@ -30,7 +30,6 @@ from macromicro.serve._machine import Driving
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.joint._machine import StageGroup
 from macromicro.serve.joint._together import Together
-from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.persist import Evident, Restored
@@ -44,7 +43,6 @@ from macromicro.serve.ticking import Loop
 from macromicro.types import ENABLE, QUIET, Sample
 
 REST = 100  # periods within which a set point is braked and the stage stands
-Settings = StageSettings | JointSettings
 
 
 class Opened(NamedTuple):
@@ -52,7 +50,7 @@ class Opened(NamedTuple):
 
     rig: Simulated | Real
     made: Led | StageGroup
-    settings: Settings
+    settings: StageSettings
     paced: bool = False
     counted: bool = False
 
@@ -74,7 +72,7 @@ class Opened(NamedTuple):
         rehearsed(guarded, live(settings, rig), settings)
 
 
-def _requests(settings: Settings) -> Iterator[tuple[Any, int]]:
+def _requests(settings: StageSettings) -> Iterator[tuple[Any, int]]:
     """What is rehearsed, each request with the periods after it."""
     ends = {name: own.limits for name, own in settings.axes or (("macro", settings.live),)}
     middle = {name: 0.5 * (end.whole_low + end.whole_high) for name, end in ends.items()}
@@ -95,7 +93,7 @@ def _requests(settings: Settings) -> Iterator[tuple[Any, int]]:
     yield Disable(), 10
 
 
-def rehearsed(guarded: Driving, machine: Led | StageGroup, settings: Settings) -> None:
+def rehearsed(guarded: Driving, machine: Led | StageGroup, settings: StageSettings) -> None:
     """Run everything of a period once."""
     shared = Shared.create(256, settings.telemetry)
     ours, theirs = pair()
@@ -133,7 +131,7 @@ class Like(machine_rig.Twin):
 def opened(spec: Spec) -> Opened:
     """The machine of `spec`; nothing is switched on."""
     settings: AnySettings = spec.settings
-    assert isinstance(settings, Settings)
+    assert isinstance(settings, StageSettings)
     machine, tree = settings.machine, settings.tree
     what = f"serving {all_of(len(settings.axes))}" if settings.axes else "serving"
     found = on_rig.found(spec.rig, machine, tree, spec.seed, what)
@@ -163,19 +161,19 @@ def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> No
         raise ProblemError(f"--rig {fixture.name}, channels", problem, remedy)
 
 
-def _like(settings: Settings, rig: Real) -> Real:
+def _like(settings: StageSettings, rig: Real) -> Real:
     machine, trees = settings.machine, settings.machine.trees(settings.tree)
     each = zip(machine.stages, trees, rig.rigs, strict=True)
     likes = [Like(stage, own, other) for (_, stage), own, other in each]
     return Real(machine, settings.tree, likes)
 
 
-def simulated(settings: Settings, seed: int) -> Simulated:
+def simulated(settings: StageSettings, seed: int) -> Simulated:
     pitches = [own.pitch for _, own in settings.axes] or [settings.live.pitch]
     return Simulated(settings.machine, settings.tree, pitches, seed)
 
 
-def live(settings: Settings, rig: Simulated | Real) -> Led | StageGroup:
+def live(settings: StageSettings, rig: Simulated | Real) -> Led | StageGroup:
     """The live machine on such a rig."""
     machine, tree = settings.machine, settings.tree
     trees, leds = machine.trees(tree), {}

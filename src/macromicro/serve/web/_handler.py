@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import struct
 import time
 from collections.abc import Awaitable, Callable
 from typing import Any
@@ -18,9 +17,9 @@ from macromicro.serve.client import Entry
 from macromicro.serve.web._context import Context
 from macromicro.serve.web._orders import Refusal, number, text
 from macromicro.serve.web._sessions import Session
+from macromicro.serve.web.bins import PIECE, PIECE_KIND
 
 UNKNOWN_S = 2.0  # after which a number that is not under way is none
-_PIECE = struct.Struct("<4Id")  # kind 2, id, size of the piece, 0; size of the file
 Done = tuple[Reply, dict[str, Any]]
 
 
@@ -106,7 +105,7 @@ class OrderHandler:
         if found is None or found.number <= number({"seen": 0, **order}, "seen"):
             return Accepted(), state
         data = np.ascontiguousarray(found.values, "<f8").tobytes()
-        await self._send(_PIECE.pack(2, _id(order), len(data), 0, len(data)) + data)
+        await self._send_piece(order, data, len(data))
         return Accepted(), {
             **state,
             "names": found.names,
@@ -151,10 +150,10 @@ class OrderHandler:
         context = self._context
         piece = context.recordings.piece
         data, size = await session.in_thread(piece, name, offset)
-        head = _PIECE.pack(2, _id(order), len(data), 0, size)
-        await self._send(head + data)
+        await self._send_piece(order, data, size)
         return Accepted(), {}
 
-
-def _id(order: dict[str, Any]) -> int:
-    return int(number(order, "id")) & 0xFFFFFFFF
+    async def _send_piece(self, order: dict[str, Any], data: bytes, size: int) -> None:
+        """Send a piece of a file of this size."""
+        name = int(number(order, "id")) & 0xFFFFFFFF
+        await self._send(PIECE.pack(PIECE_KIND, name, len(data), 0, size) + data)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import re
 from collections.abc import Iterable
 from http import HTTPStatus
@@ -10,6 +9,8 @@ from pathlib import Path
 
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
+
+from macromicro.serve.hosts import is_address
 
 _HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([a-z0-9.-]{1,253}))(?::[0-9]{1,5})?")
 _POLICY = (
@@ -51,7 +52,7 @@ class Gate:
         if match is None:
             return None
         name = match[1] or match[2]
-        return host if name in self._names or _is_address(name) else None
+        return host if name in self._names or is_address(name) else None
 
     def same_origin(self, request: Request) -> bool:
         host = self.host(request)
@@ -87,14 +88,6 @@ def _one(headers: Headers, name: str) -> str:
         return str(headers.get(name, ""))
     except MultipleValuesError:
         return ""
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True
 
 
 class Files:

@@ -36,6 +36,10 @@ KIND = 1
 # kind, number of the view, bins, channels; first bin, width [s], time [s] and number of the
 # newest row, its position, macro and micro position [mm] and uncertainty [um]; or deg and mdeg.
 HEADER = struct.Struct("<4I8d")
+# A file, or a piece of one, comes behind: kind, id of its order, size of the piece, 0; size of the
+# file.
+PIECE_KIND = 2
+PIECE = struct.Struct("<4Id")
 
 
 Axes = Sequence[tuple[str, Live]]
