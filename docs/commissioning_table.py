@@ -194,8 +194,8 @@ def told(those: Sequence[Tried]) -> str:
         share = f"{met} of {len(done)} ({met / len(done):.0%})"
         lines += ["", f"All moves of the verification arrived on {share}."]
     for title, named in (("Not verified", unmet), ("Refused", refused)):
-        lines += ["", f"{title}: {len(named)}." if named else f"{title}: none."]
-        lines += by_reason(named)
+        if named:
+            lines += ["", f"{title}: {len(named)}.", *by_reason(named)]
     return "\n".join(lines) + "\n"
 
 

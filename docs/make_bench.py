@@ -20,6 +20,7 @@ from macromicro.settings import Settings
 from macromicro.thesis import all_procedures, cycle_bench, kiln_bench
 from macromicro.thesis.claims import KINDS, REPRODUCED, STATEMENTS, Claim, in_order
 from macromicro.thesis.cycle_bench import CycleBench
+from macromicro.thesis.errata import ERRATA
 from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import claim_text
 from macromicro.thesis.procedure import Lab
@@ -168,6 +169,15 @@ def turned() -> str:
     return "".join(lines)
 
 
+def misprints() -> str:
+    """The thesis' misprints and contradictions, from the package's list."""
+    lines = ["| # | place | printed | reading used here |\n|---|---|---|---|\n"]
+    for e in ERRATA:
+        cells = (cell.replace("|", r"\|") for cell in (e.place, e.printed, e.reading))
+        lines.append(f"| {e.number} | {' | '.join(cells)} |\n")
+    return "".join(lines)
+
+
 def short(claims: list[Claim]) -> str:
     """The table of figures reached."""
     by = {c.id: c for c in claims}
@@ -248,6 +258,7 @@ def main() -> None:
         count=counted(claims),
         bands=bands(claims),
         turned=turned(),
+        misprints=misprints(),
     )
 
 
