@@ -34,20 +34,6 @@ README, REPRODUCE = ROOT / "README.md", VALIDATION / "reproduce.md"
 MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
 BENCH, PHASE = ("bench.", "sensors."), "bench.phase"
-# What validation/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
-SHORT = (
-    ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
-    ("S13c", 0, "um", "micro-stage, worst error of 48 holds", "5 um"),
-    ("S13a", 0, "s", "contraction, settling to 10 um, mean", "0.5 s"),
-    ("S13b", 0, "s", "extension, settling to 10 um, mean", "1 s"),
-    ("I2", 0, "um", "vibration a macro move leaves, mean", "20 um"),
-    ("I2", 1, "s", "its decay to 2 um, mean", "2 s"),
-    ("I3", 0, "%", "return to zero, cycle 10 slower by", "visibly"),
-    ("I3", 1, "um", "mean error in cycle 10", "a bias"),
-    ("I4", 0, "s", "with a fan: return to zero, cycle 10", "1 s"),
-    ("I6", 0, "s", "micro-stage there and back, with a fan", "2 s"),
-    ("S12", 0, "V/(mm*s)", "largest Ki of PI control without overshoot", "2.25 V/(mm*s)"),
-)
 
 
 def value(entry: Entry) -> str:
@@ -178,20 +164,6 @@ def misprints() -> str:
     return "".join(lines)
 
 
-def short(claims: list[Claim]) -> str:
-    """The table of figures reached."""
-    by = {c.id: c for c in claims}
-    lines = ["| claim | figure | thesis | here |\n|---|---|---|---|\n"]
-    for name, k, unit, words, printed in SHORT:
-        measured = by[name].measured
-        x = measured[k] if isinstance(measured, list) else measured
-        if isinstance(x, str) or x is None:
-            raise SystemExit(f"{name}: no number was measured: {x}")
-        mark = "" if by[name].verdict == REPRODUCED else f" (claim: {by[name].verdict})"
-        lines.append(f"| {name} | {words} | {printed} | {number(x, unit)}{mark} |\n")
-    return "".join(lines)
-
-
 def claims_now(quick: bool = False) -> list[Claim]:
     """Every claim, measured as `macromicro reproduce` does; those of one procedure if `quick`."""
     lab, procedures = Lab(), all_procedures()
@@ -254,7 +226,6 @@ def main() -> None:
     put(README, count=counted(claims))
     put(
         REPRODUCE,
-        figures=short(claims),
         count=counted(claims),
         bands=bands(claims),
         turned=turned(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -10,49 +11,48 @@ HERE = Path(__file__).parent / "validation"
 RESULTS, PAGE = HERE / "coverage.json", HERE / "identification.md"
 ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of 68 and 95 %
 FEW = 20  # records with errors: below, a share is not significant
+MOST = 0.9  # of the records: above, the share that has errors is not shown
 BIASED = 0.5  # of the scatter: above, an estimate counts as biased
 
 
-def cell(row: dict[str, Any]) -> str:
-    """Both shares, marked."""
-    told, count = row.get("told_in", row["records"]), row["records"]
-    if told < FEW:
-        return f"withheld in {count - told} of {count}" if told else "withheld"
-    some = "" if told == count else f" in {100.0 * told / count:.0f} %"
-    good = ONE[0] <= row["one"] <= ONE[1] and WIDE[0] <= row["wide"] <= WIDE[1]
-    text = f"{row['one']:.0f}/{row['wide']:.0f}"
-    if good:
+def cell(rows: list[dict[str, Any]]) -> str:
+    """Both shares of one method under one disturbance, over its parameters, marked."""
+    told = [row.get("told_in", row["records"]) for row in rows]
+    shown = [row for row, count in zip(rows, told, strict=True) if count >= FEW]
+    if not shown:
+        return "withheld"
+    share = min(count / row["records"] for row, count in zip(rows, told, strict=True))
+    some = "" if share >= MOST else f" in {100.0 * share:.0f} %"
+    text = f"{span(row['one'] for row in shown)}/{span(row['wide'] for row in shown)}"
+    outside = [
+        row
+        for row in shown
+        if not (ONE[0] <= row["one"] <= ONE[1] and WIDE[0] <= row["wide"] <= WIDE[1])
+    ]
+    if not outside:
         return text + some
-    off = " biased" if abs(row["bias"]) > BIASED * row["scatter"] else ""
-    return f"**{text}**{off}{some}"
+    off = any(abs(row["bias"]) > BIASED * row["scatter"] for row in outside)
+    return f"**{text}**{' biased' if off else ''}{some}"
 
 
-def table(rows: list[dict[str, Any]], kinds: list[str]) -> tuple[str, ...]:
-    """A method's parameters under all disturbances."""
+def span(shares: Iterable[float]) -> str:
+    """The least and the greatest of them, or both in one."""
+    ordered = sorted(shares)
+    return "-".join(dict.fromkeys(f"{share:.0f}" for share in (ordered[0], ordered[-1])))
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """A row for each method, a column for each disturbance."""
+    kinds = list(dict.fromkeys(row["disturbance"] for row in rows))
     lines = [f"| | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]
-    cells: dict[tuple[str, ...], list[str]] = {}  # parameters by their cells
-    for name in dict.fromkeys(r["parameter"] for r in rows):
-        found = {r["disturbance"]: cell(r) for r in rows if r["parameter"] == name}
-        cells.setdefault(tuple(found.get(k, "-") for k in kinds), []).append(name)
-    lines += [f"| {', '.join(names)} | {' | '.join(row)} |" for row, names in cells.items()]
-    return tuple(lines)
-
-
-def tables(rows: list[dict[str, Any]]) -> str:
-    """A section for each method; methods with the same shares have one."""
-    kinds = list(dict.fromkeys(r["disturbance"] for r in rows))
-    alike: dict[tuple[str, ...], list[str]] = {}  # methods by their tables
-    for method in dict.fromkeys(r["method"] for r in rows):
-        alike.setdefault(table([r for r in rows if r["method"] == method], kinds), []).append(
-            method
-        )
-    lines = []
-    for body, methods in alike.items():
-        counted = sorted({r["records"] for r in rows if r["method"] in methods})
-        count = " to ".join(str(n) for n in dict.fromkeys((counted[0], counted[-1])))
-        title = " and ".join(methods)
-        lines += [f"### {title[0].upper()}{title[1:]}: {count} records", "", *body, ""]
-    return "\n".join(lines[:-1]) + "\n"
+    for method in dict.fromkeys(row["method"] for row in rows):
+        cells = [
+            [row for row in rows if (row["method"], row["disturbance"]) == (method, kind)]
+            for kind in kinds
+        ]
+        shown = (cell(found) if found else "-" for found in cells)
+        lines.append(f"| {method} | {' | '.join(shown)} |")
+    return "\n".join(lines) + "\n"
 
 
 def read(results: Path = RESULTS) -> list[dict[str, Any]]:
@@ -65,4 +65,4 @@ def read(results: Path = RESULTS) -> list[dict[str, Any]]:
 if __name__ == "__main__":
     from measured_page import put
 
-    put(PAGE, "coverage", tables(read()))
+    put(PAGE, "coverage", table(read()))

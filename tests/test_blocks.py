@@ -104,7 +104,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
         "new_system(": "Simulink's",
     },
-    "docs/methods.md": {" allowed error": "a drawing"},
+    "docs/physics.md": {" allowed error": "a drawing"},
     "docs/identify.md": {
         "macromicro identify drive own.csv": DATA,
         "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",
@@ -118,7 +118,7 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/own-machines.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
     },
-    "docs/xy.md": {
+    "docs/machines.md": {
         "macromicro run --config examples/machines/xy-plotter.toml --rig": TESTED
         + "tests/machines/joint/test_rigs.py",
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
@@ -127,7 +127,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro serve": TESTED + "tests/serve/joint",
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },
-    "docs/files.md": {"n = double(h5read": "MATLAB"},
+    "docs/running.md": {"n = double(h5read": "MATLAB"},
     "docs/validation/reproduce.md": {
         "macromicro collect dead-zone": TESTED + "this file: a block of docs/identify.md",
         "macromicro identify deadzone": TESTED + "this file: a block of docs/identify.md",
@@ -151,7 +151,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
         "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
     },
-    "docs/sweep.md": {
+    "docs/tuning.md": {
         "pip install": "installs",
         "macromicro sweep SPEC.toml": DATA,
         'job = "macro-bench"': TESTED + "tests/sweeps/test_command.py",
@@ -161,12 +161,6 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/troubleshooting.md": {
         "macromicro doctor --rig mylab:bench": TESTED + "tests/test_mylab.py",
         "macromicro doctor --seconds": "needs a quiet computer; tests/commands/test_timing.py",
-    },
-    "docs/tutorials/lab.md": {
-        "macromicro serve": TESTED + "tests/commands/test_serving.py",
-        "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
-        "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
-        "MACROMICRO_TOKEN=": "listens to the network",
     },
     "docs/tutorials/motor.md": {
         "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
@@ -183,20 +177,22 @@ FILES = {
     "docs/running.md": ("sticky.toml", "sequenced.toml", "scheduled.csv", "profiles.toml"),
     "docs/validation/beyond.md": ("both.toml", "draughty.toml"),
     "docs/calibrate.md": ("included.toml",),
-    "docs/from-simulink.md": ("loop.toml",),
+    "docs/export.md": ("loop.toml",),
     "docs/laws.md": ("mine.toml", "axis.toml"),
     "docs/machines.md": (
         "machine.toml",
         "turntable.toml",
         "three.toml",
         "pick.toml",
+        "table.toml",
+        "slot.toml",
+        "wave.csv",
         "switches.toml",
     ),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml", "multiq3.toml", "ni.toml"),
     "docs/tuning.md": ("limits.toml",),
     "docs/tutorials/motor.md": ("axis.toml", "hobby.toml"),
-    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
 }
 # Commands that show that the files of a page work.
 BEHIND = {"docs/laws.md": ("run staircase --config mine.toml --out results/mine",)}

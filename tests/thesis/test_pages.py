@@ -41,7 +41,6 @@ def test_reproduction_page_counts_and_names_what_differs(
     page = (DOCS / "validation" / "reproduce.md").read_text(encoding="utf-8")
     blocks = maker.blocks(DOCS / "validation" / "reproduce.md")
     assert blocks["count"] == maker.counted(now)
-    assert blocks["figures"] == maker.short(now)
     assert blocks["bands"] == maker.bands(now)
     assert blocks["turned"] == maker.turned()
     assert blocks["misprints"] == maker.misprints()
