@@ -125,7 +125,7 @@ bench: $(VENV)/.core ## measure the speed
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
 
-bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/validation/coverage.md (half an hour)
+bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/validation/identification.md (half an hour)
 	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
@@ -153,7 +153,6 @@ soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60; KI
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py
-	$(BIN)/python docs/make_errata.py
 	$(BIN)/python docs/make_used.py
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
@@ -166,7 +165,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
 
-beyond: $(VENV)/.core ## measure anew docs/validation/beyond.md and docs/validation/variants.md: some hours
+beyond: $(VENV)/.core ## measure anew docs/validation/beyond.md: some hours
 	$(BIN)/python docs/make_beyond.py
 	$(BIN)/python docs/make_beyond_micro.py
 	$(BIN)/python docs/make_beyond_variants.py

@@ -5,8 +5,8 @@
 
 Each method fits synthetic records of a known machine, disturbed in six ways; the shares of records
 whose intervals hold the truth are to be 68 and 95 %. These are 1 and 1.96 standard errors to each
-side, or the coverage factors that are told. `make bench-identify` runs it, docs/make_coverage.py
-makes the page of it.
+side, or the coverage factors that are told. `make bench-identify` runs it;
+docs/make_coverage.py writes the tables of docs/validation/identification.md from it.
 """
 
 from __future__ import annotations

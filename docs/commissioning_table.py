@@ -89,7 +89,7 @@ def commissioned(what: Drawn, tree: Any, seed: int) -> Commissioned:
 
 def examples() -> str:
     """Every example machine commissioned, with no option but its file: a table in Markdown."""
-    lines = ["| file | found | verification |", "|---|---|---|"]
+    lines = ["| file | found | moves that arrived |", "|---|---|---|"]
     for path in sorted(EXAMPLES.glob("[!x]*.toml")):
         place = places.virtual(path)
         fast, far = TURNING if place.kind.place.turns else (SPEED, SPEED)
@@ -106,7 +106,7 @@ def examples() -> str:
             for name in SHOWN[place.kind.name]
         )
         there = results.arrived(found.verified.moves)
-        met = found.verified.fault or f"{there} of {found.verified.asked} moves"
+        met = found.verified.fault or f"{there}/{found.verified.asked}"
         lines.append(f"| `{path.name}` | {words} | {met} |")
         print(lines[-1], flush=True)
     return "\n".join(lines) + "\n"
@@ -194,8 +194,8 @@ def told(those: Sequence[Tried]) -> str:
         share = f"{met} of {len(done)} ({met / len(done):.0%})"
         lines += ["", f"All moves of the verification arrived on {share}."]
     for title, named in (("Not verified", unmet), ("Refused", refused)):
-        lines += ["", f"{title}: {len(named)}." if named else f"{title}: none."]
-        lines += by_reason(named)
+        if named:
+            lines += ["", f"{title}: {len(named)}.", *by_reason(named)]
     return "\n".join(lines) + "\n"
 
 

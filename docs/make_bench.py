@@ -20,6 +20,7 @@ from macromicro.settings import Settings
 from macromicro.thesis import all_procedures, cycle_bench, kiln_bench
 from macromicro.thesis.claims import KINDS, REPRODUCED, STATEMENTS, Claim, in_order
 from macromicro.thesis.cycle_bench import CycleBench
+from macromicro.thesis.errata import ERRATA
 from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import claim_text
 from macromicro.thesis.procedure import Lab
@@ -33,20 +34,6 @@ README, REPRODUCE = ROOT / "README.md", VALIDATION / "reproduce.md"
 MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
 BENCH, PHASE = ("bench.", "sensors."), "bench.phase"
-# What validation/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
-SHORT = (
-    ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
-    ("S13c", 0, "um", "micro-stage, worst error of 48 holds", "5 um"),
-    ("S13a", 0, "s", "contraction, settling to 10 um, mean", "0.5 s"),
-    ("S13b", 0, "s", "extension, settling to 10 um, mean", "1 s"),
-    ("I2", 0, "um", "vibration a macro move leaves, mean", "20 um"),
-    ("I2", 1, "s", "its decay to 2 um, mean", "2 s"),
-    ("I3", 0, "%", "return to zero, cycle 10 slower by", "visibly"),
-    ("I3", 1, "um", "mean error in cycle 10", "a bias"),
-    ("I4", 0, "s", "with a fan: return to zero, cycle 10", "1 s"),
-    ("I6", 0, "s", "micro-stage there and back, with a fan", "2 s"),
-    ("S12", 0, "V/(mm*s)", "largest Ki of PI control without overshoot", "2.25 V/(mm*s)"),
-)
 
 
 def value(entry: Entry) -> str:
@@ -168,17 +155,12 @@ def turned() -> str:
     return "".join(lines)
 
 
-def short(claims: list[Claim]) -> str:
-    """The table of figures reached."""
-    by = {c.id: c for c in claims}
-    lines = ["| claim | figure | thesis | here |\n|---|---|---|---|\n"]
-    for name, k, unit, words, printed in SHORT:
-        measured = by[name].measured
-        x = measured[k] if isinstance(measured, list) else measured
-        if isinstance(x, str) or x is None:
-            raise SystemExit(f"{name}: no number was measured: {x}")
-        mark = "" if by[name].verdict == REPRODUCED else f" (claim: {by[name].verdict})"
-        lines.append(f"| {name} | {words} | {printed} | {number(x, unit)}{mark} |\n")
+def misprints() -> str:
+    """The thesis' misprints and contradictions, from the package's list."""
+    lines = ["| # | place | printed | reading used here |\n|---|---|---|---|\n"]
+    for e in ERRATA:
+        cells = (cell.replace("|", r"\|") for cell in (e.place, e.printed, e.reading))
+        lines.append(f"| {e.number} | {' | '.join(cells)} |\n")
     return "".join(lines)
 
 
@@ -244,10 +226,10 @@ def main() -> None:
     put(README, count=counted(claims))
     put(
         REPRODUCE,
-        figures=short(claims),
         count=counted(claims),
         bands=bands(claims),
         turned=turned(),
+        misprints=misprints(),
     )
 
 

@@ -1,4 +1,4 @@
-"""Measures docs/validation/calibrate.md: calibrations of machines drawn at random, judged by truth.
+"""Measures docs/validation/machines.md: calibrations of machines drawn at random, judged by truth.
 
     python docs/make_calibrate.py [--benches 20] [--workers 1] [--only-kind NAME]
 
@@ -26,7 +26,7 @@ from macromicro.machines import composite, compositions, programmes, runs
 from macromicro.machines.machine import Machine
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "validation" / "calibrate.md"
+PAGE = ROOT / "docs" / "validation" / "machines.md"
 SCREW = (ROOT / "examples" / "machines" / "screw.toml").read_text(encoding="utf-8")
 PLOTTER = (ROOT / "examples" / "machines" / "xy-plotter.toml").read_text(encoding="utf-8")
 TRUTH = Instrument("truth", 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Commissions random machines and writes what came of it into validation/commissioning.md.
+"""Commissions random machines and writes what came of it into validation/machines.md.
 
     python docs/make_commissioning.py [KIND] [--number N] [--rows FILE]
 
@@ -24,7 +24,7 @@ import commissioning_wire
 import commissioning_xy
 from commissioning_table import cases, examples, table
 
-PAGE = Path(__file__).resolve().parent / "validation" / "commissioning.md"
+PAGE = Path(__file__).resolve().parent / "validation" / "machines.md"
 DRAWN = {
     "axis": commissioning_axis.DRAWN,
     "hanging": commissioning_axis.HANGING,

@@ -50,7 +50,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "  measure ---->": "a drawing of a period",
         "  commands ": "a drawing of the rooms, which tests/test_architecture.py makes anew",
     },
-    "docs/validation/new-user.md": {
+    "docs/validation/performance.md": {
         "import macromicro": "connects to the server of the step before; tests/remote does",
     },
     "docs/validation/beyond.md": {
@@ -61,6 +61,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro run thesis --config results/actuator/model": "what that writes",
+        "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },
     "docs/board.md": {
         "macromicro export hex": TESTED + "tests/firmware/test_build_one.py",
@@ -71,7 +72,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro run --config results/commission": TESTED + "tests/firmware/test_build_one.py",
         "macromicro serve --config results/commission": TESTED + "tests/firmware/test_build_one.py",
     },
-    "docs/validation/board.md": {
+    "docs/validation/reliability.md": {
         "make trial MINUTES=60": "takes an hour: tests/firmware/test_trial.py",
         "make arm firmware-arm": "needs a compiler for the board: tests/firmware/test_mps2.py",
     },
@@ -103,7 +104,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
         "new_system(": "Simulink's",
     },
-    "docs/methods.md": {" allowed error": "a drawing"},
+    "docs/physics.md": {" allowed error": "a drawing"},
     "docs/identify.md": {
         "macromicro identify drive own.csv": DATA,
         "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",
@@ -117,10 +118,7 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/own-machines.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
     },
-    "docs/validation/variants.md": {
-        "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
-    },
-    "docs/xy.md": {
+    "docs/machines.md": {
         "macromicro run --config examples/machines/xy-plotter.toml --rig": TESTED
         + "tests/machines/joint/test_rigs.py",
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
@@ -129,8 +127,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro serve": TESTED + "tests/serve/joint",
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },
-    "docs/files.md": {"n = double(h5read": "MATLAB"},
+    "docs/running.md": {"n = double(h5read": "MATLAB"},
     "docs/validation/reproduce.md": {
+        "macromicro collect dead-zone": TESTED + "this file: a block of docs/identify.md",
+        "macromicro identify deadzone": TESTED + "this file: a block of docs/identify.md",
         "macromicro reproduce --only kiln --json": TESTED + "tests/test_cli_reproduce.py",
     },
     "docs/rigs.md": {
@@ -151,7 +151,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
         "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
     },
-    "docs/sweep.md": {
+    "docs/tuning.md": {
         "pip install": "installs",
         "macromicro sweep SPEC.toml": DATA,
         'job = "macro-bench"': TESTED + "tests/sweeps/test_command.py",
@@ -162,46 +162,37 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro doctor --rig mylab:bench": TESTED + "tests/test_mylab.py",
         "macromicro doctor --seconds": "needs a quiet computer; tests/commands/test_timing.py",
     },
-    "docs/tutorials/lab.md": {
-        "macromicro serve": TESTED + "tests/commands/test_serving.py",
-        "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
-        "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
-        "MACROMICRO_TOKEN=": "listens to the network",
-    },
-    "docs/tutorials/thesis.md": {
-        "macromicro collect dead-zone": TESTED + "this file: a block of docs/identify.md",
-        "macromicro identify deadzone": TESTED + "this file: a block of docs/identify.md",
-    },
     "docs/tutorials/motor.md": {
         "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
         "macromicro serve": TESTED + "tests/serve/stage",
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
     },
-    "docs/validation/tuning.md": {"alpha = 1 / max": "an equation"},
-    "docs/validation/robustness.md": {
+    "docs/validation/tuning.md": {
+        "alpha = 1 / max": "an equation",
         'macro_settling = "0.8 s"': TESTED + "tests/robustness/test_requirements.py",
     },
 }  # fmt: skip
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
     "docs/running.md": ("sticky.toml", "sequenced.toml", "scheduled.csv", "profiles.toml"),
-    "docs/validation/beyond.md": ("both.toml",),
+    "docs/validation/beyond.md": ("both.toml", "draughty.toml"),
     "docs/calibrate.md": ("included.toml",),
-    "docs/from-simulink.md": ("loop.toml",),
+    "docs/export.md": ("loop.toml",),
     "docs/laws.md": ("mine.toml", "axis.toml"),
     "docs/machines.md": (
         "machine.toml",
         "turntable.toml",
         "three.toml",
         "pick.toml",
+        "table.toml",
+        "slot.toml",
+        "wave.csv",
         "switches.toml",
     ),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml", "multiq3.toml", "ni.toml"),
     "docs/tuning.md": ("limits.toml",),
     "docs/tutorials/motor.md": ("axis.toml", "hobby.toml"),
-    "docs/validation/variants.md": ("draughty.toml",),
-    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
 }
 # Commands that show that the files of a page work.
 BEHIND = {"docs/laws.md": ("run staircase --config mine.toml --out results/mine",)}

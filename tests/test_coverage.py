@@ -25,7 +25,8 @@ BENCH, DOCS = loaded("benchmarks/intervals.py"), loaded("docs/make_coverage.py")
 
 def test_the_page_is_that_of_its_figures() -> None:
     rows = DOCS.read()
-    assert DOCS.page(rows) == DOCS.PAGE.read_text(encoding="utf-8")
+    shown = f"<!-- coverage -->\n{DOCS.table(rows)}<!-- end -->"
+    assert shown in DOCS.PAGE.read_text(encoding="utf-8")
     methods = {r["method"] for r in rows}
     assert {"drive, inverse dynamics", "drive, output error"} < methods
     assert {f"linear, {m} of order {k}" for m in BENCH.METHODS for k in (1, 2)} < methods
@@ -47,11 +48,19 @@ def test_a_share_outside_its_range_is_marked(
     one: float, wide: float, bias: float, text: str
 ) -> None:
     row = {"one": one, "wide": wide, "bias": bias, "scatter": 1.0, "records": 50}
-    assert DOCS.cell(row) == text
-    assert DOCS.cell({**row, "told_in": 50}) == text
-    assert DOCS.cell({**row, "told_in": 20}) == f"{text} in 40 %"
-    assert DOCS.cell({**row, "told_in": 19}) == "withheld in 31 of 50"
-    assert DOCS.cell({**row, "told_in": 0}) == "withheld"
+    assert DOCS.cell([row]) == text
+    assert DOCS.cell([row, {**row, "told_in": 45}]) == text
+    assert DOCS.cell([row, {**row, "told_in": 20}]) == f"{text} in 40 %"
+    assert DOCS.cell([{**row, "told_in": 19}]) == "withheld"
+
+
+def test_shares_of_several_parameters_are_a_range() -> None:
+    rows = [
+        {"one": one, "wide": wide, "bias": 0.0, "scatter": 1.0, "records": 50}
+        for one, wide in ((62.0, 95.0), (70.0, 95.0), (66.0, 97.0))
+    ]
+    assert DOCS.cell(rows) == "62-70/95-97"
+    assert DOCS.cell([*rows, {**rows[0], "one": 40.0}]) == "**40-70/95-97**"
 
 
 def test_intervals_are_counted_by_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,9 +50,9 @@ def test_the_figures_can_be_drawn_anew() -> None:
     assert len(module.draw_path().axes) == 1
 
 
-def test_files_page_names_every_column() -> None:
+def test_running_page_names_every_column() -> None:
     """With its unit."""
-    text = (DOCS / "files.md").read_text(encoding="utf-8")
+    text = (DOCS / "running.md").read_text(encoding="utf-8")
     table = text.partition("| columns | unit |")[2].partition("\n\n")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*?) \|", table, re.MULTILINE)
     units = {"count": "counts", "1": "-"}

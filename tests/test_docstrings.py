@@ -75,7 +75,7 @@ WITHOUT = {
     "macromicro.remote.machine.Motion": "needs a server",
     "macromicro.rig.opening.open_rig": "needs a rig",
     "macromicro.studies.robust": "compiles the machine; docs/machines.md shows it",
-    "macromicro.studies.sweep": "needs a file; docs/sweep.md shows it",
+    "macromicro.studies.sweep": "needs a file; docs/tuning.md shows it",
     "macromicro.studies.tune": "compiles the machine; docs/machines.md shows it",
     "macromicro.lab.drive.by_laser": "compiles the bench",
     "macromicro.lab.drive.closed_loop": "compiles the bench",

@@ -153,8 +153,8 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     --config names the machine. Without a programme the thesis' integrated test (Chapter 6) runs.
     On replay:FILE nothing moves: controller and guard read the sensors of that recording, to its
     end. On your own rig the command prints what will move and asks first. A settings file with
-    machine = "axis" is for one motor-driven axis (docs/machines.md), machine = "xy" for two with
-    coordinated motion (docs/xy.md).
+    machine = "axis" is for one motor-driven axis, machine = "xy" for two with
+    coordinated motion (docs/machines.md).
     """
     from macromicro.drawing.files import formats
     from macromicro.rig.board.named import joined

@@ -287,7 +287,7 @@ class Recording:
         return exported.as_dataframe(self)
 
     def to_mat(self, path: str | os.PathLike[str]) -> None:
-        """Write a MAT file (version 5) for MATLAB's `load`; docs/files.md.
+        """Write a MAT file (version 5) for MATLAB's `load`; docs/running.md.
 
         Parameters
         ----------

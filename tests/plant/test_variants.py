@@ -1,4 +1,4 @@
-"""In what a bench may differ from every model (docs/validation/variants.md); off by default."""
+"""In what a bench may differ from every model (docs/validation/beyond.md); off by default."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def test_limits_in_words() -> None:
 
 def test_the_page_in_docs_lists_what_the_code_has() -> None:
     """Every uncertain parameter with its range and settings; every limit with its source."""
-    page = (Path(__file__).parents[2] / "docs" / "validation" / "robustness.md").read_text(
+    page = (Path(__file__).parents[2] / "docs" / "validation" / "tuning.md").read_text(
         encoding="utf-8"
     )
     for u in UNCERTAIN:

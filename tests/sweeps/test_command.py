@@ -16,7 +16,7 @@ from macromicro.sweeps._sampling import Sampler
 from macromicro.sweeps._spec import load
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "tuning.md").read_text(encoding="utf-8").partition("\n## Sweeps\n")[2]
 
 
 def called(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:

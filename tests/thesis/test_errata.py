@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -262,13 +260,3 @@ def test_equal_gains_of_2_25_are_slower_than_none() -> None:
 
     plain, held = left("pi", ki=2250.0), left("pi-antiwindup", ki=2250.0, kaw=2.25)
     assert all(h > 1.5 * p for h, p in zip(held, plain, strict=True))
-
-
-def test_the_page_of_errata_is_made_from_the_list() -> None:
-    """`make docs` brings it up to date."""
-    place = Path(__file__).parents[2] / "docs" / "make_errata.py"
-    spec = importlib.util.spec_from_file_location("make_errata", place)
-    assert spec is not None and spec.loader is not None
-    maker = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(maker)
-    assert maker.PAGE.read_text(encoding="utf-8") == maker.page()

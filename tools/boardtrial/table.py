@@ -1,4 +1,4 @@
-"""What a trial has found, as a section of docs/validation/board.md."""
+"""What a trial has found, as a section of docs/validation/reliability.md."""
 
 from __future__ import annotations
 

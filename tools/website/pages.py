@@ -76,12 +76,13 @@ def anchors(text: str) -> set[str]:
 
 
 def navigation() -> list[Section]:
-    """The sections of the front page, and the pages that each links."""
+    """The sections of the front page, and the pages that each links, not only a part of them."""
     text = (ROOT / INDEX).read_text(encoding="utf-8")
     sections = []
     for part in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
         title, _, body = part.partition("\n")
-        to = [linked(INDEX, link.target)[0] for link in links(body) if "://" not in link.target]
-        here = [name for name in dict.fromkeys(to) if name.endswith((".md", ".ipynb"))]
+        to = [link.target for link in links(body) if not re.search("://|#", link.target)]
+        names = dict.fromkeys(linked(INDEX, target)[0] for target in to)
+        here = [name for name in names if name.endswith((".md", ".ipynb"))]
         sections.append(Section(title.strip(), tuple(here)))
     return sections

@@ -26,7 +26,7 @@ def look(
 ) -> None:
     """Print what a data file holds: columns, units, rate, gaps.
 
-    The last line is the command to use next (docs/files.md).
+    The last line is the command to use next (docs/identify.md).
     """
     from macromicro.identify.look.told import look as looked
     from macromicro.report.run import as_json as to_json

@@ -47,7 +47,7 @@ def plot(
 ) -> None:
     """Plot a recording over time: a picture and a zoomable page.
 
-    The page (docs/files.md) is one file that opens without a network. Columns of one unit share
+    The page (docs/running.md) is one file that opens without a network. Columns of one unit share
     a panel.
     """
     from macromicro.drawing.files import formats

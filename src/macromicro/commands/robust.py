@@ -61,7 +61,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         typer.Option(
             "--variants",
             help=(
-                "Also vary effects that no model has (docs/validation/variants.md), such as creep "
+                "Also vary effects that no model has (docs/validation/beyond.md), such as creep "
                 "and draught."
             ),
         ),

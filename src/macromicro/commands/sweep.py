@@ -25,7 +25,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
         typer.Argument(
             metavar="SPEC.toml",
             help=(
-                "Sweep file (docs/sweep.md); with --list the name of a job; "
+                "Sweep file (docs/tuning.md); with --list the name of a job; "
                 "with --show a folder of results."
             ),
             show_default=False,

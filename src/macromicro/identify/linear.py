@@ -554,8 +554,8 @@ def box_jenkins(task: Task) -> Solution:
     prefers; A and B minimise D (y - (B / A) u); repeated until they settle. This is the prediction-
     error method for Box-Jenkins models with autoregressive noise (Ljung, System Identification,
     sections 4.2 and 7.2; Young and Jakeman, 1979), of least variance for noise independent of the
-    input. Its intervals hold under every disturbance of docs/validation/coverage.md. `noise` holds
-    d1, d2, ... of D; residuals are e.
+    input. Its intervals hold under every disturbance of docs/validation/identification.md.
+    `noise` holds d1, d2, ... of D; residuals are e.
 
     Examples
     --------

@@ -1,4 +1,4 @@
 """The virtual bench: the physics, without models or controllers."""
 
 # Source of what no model of this package has, and the default bench has none of.
-VARIANT = "a variant: docs/validation/variants.md"
+VARIANT = "a variant: docs/validation/beyond.md"

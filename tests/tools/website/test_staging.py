@@ -16,9 +16,9 @@ def test_links_have_the_names_of_the_site(tmp_path: Path) -> None:
     assert staging.rewritten("docs/clients.md", text, tmp_path) == (
         "[a](serve.md#log) [r](readme.md) [e](https://example.org/x.md) ![p](figures/serve.png)"
     )
-    text = "[a](docs/tutorials/lab.md) ![p](docs/figures/serve.png)"
+    text = "[a](docs/tutorials/motor.md) ![p](docs/figures/serve.png)"
     assert staging.rewritten("README.md", text, tmp_path) == (
-        "[a](tutorials/lab.md) ![p](figures/serve.png)"
+        "[a](tutorials/motor.md) ![p](figures/serve.png)"
     )
 
 

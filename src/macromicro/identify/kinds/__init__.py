@@ -33,7 +33,7 @@ def from_files(
         One of `KINDS`: drive, carriage, linear, deadzone, hysteresis, thermal, actuator, hall,
         plays or stress.
     files : str | PathLike[str] | Sequence[str | PathLike[str]]
-        One or several files of measured data, as docs/files.md describes them.
+        One or several files of measured data, as docs/identify.md describes them.
     columns : Mapping[str, str] | None, optional
         Which column is what, such as ``{"x": "position_mm:mm"}``.
     **options : Any
