@@ -35,7 +35,7 @@ serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctr
 test: $(VENV)/.dev ## run the tests
 	@[ -d tests/serve/__pycache__ ] || ls -d tests/*/ tests/*.py | xargs -P 2 -n 16 \
 	  $(PYTEST) --collect-only -qq >/dev/null 2>&1 || true
-	$(PYTEST) -n $(WORKERS) -m "not slow"
+	$(PYTEST) -n $(WORKERS) --no-loadscope-reorder -m "not slow"
 
 test-docs: $(VENV)/.dev ## run every code block of README and docs, the examples and the notebooks
 	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/test_readme.py tests/test_examples.py tests/tools/website

@@ -24,6 +24,15 @@ settings.load_profile("macromicro")
 
 _SHARING = ("tests/report/", "tests/serve/web/test_page", "tests/thesis/")
 _APART = ("tests/test_blocks.py",)  # each page by itself
+# Live machines, which wait for part of their time.
+_LIVE = ("tests/serve/", "tests/remote/", "tests/firmware/", "tests/frozen/test_scpi")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What shares most comes first, then what waits: at the end all processes are busy."""
+    items.sort(
+        key=lambda item: (not item.nodeid.startswith(_SHARING), not item.nodeid.startswith(_LIVE))
+    )
 
 
 @pytest.hookimpl(optionalhook=True)

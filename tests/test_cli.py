@@ -207,6 +207,7 @@ def test_existing_folder(
     assert not (out / "cycles.png").exists()
 
 
+@pytest.mark.slow
 def test_figures_in_other_formats(
     done: tuple[Path, subprocess.CompletedProcess[str]], short: Path, tmp_path: Path
 ) -> None:

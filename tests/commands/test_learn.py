@@ -29,6 +29,7 @@ def wave(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_wave_is_learned_and_goes_on_being_learned(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

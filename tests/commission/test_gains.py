@@ -38,6 +38,7 @@ def found() -> Any:
     return _axis_gains.searched(slow(), UNSURE)
 
 
+@pytest.mark.slow
 def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
     made = with_gains(slow(), found.gains)
     assert made.controller.velocity > 1.5 * slow().controller.velocity

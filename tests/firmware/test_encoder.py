@@ -12,7 +12,13 @@ pytestmark = needs_avr
 
 
 @pytest.mark.parametrize(
-    ("loop", "each"), [(HOST_LOOP, 40), (HOST_LOOP, -40), (BOARD_LOOP, 12), (BOARD_LOOP, -12)]
+    ("loop", "each"),
+    [
+        pytest.param(HOST_LOOP, 40, marks=pytest.mark.slow),
+        (HOST_LOOP, -40),
+        (BOARD_LOOP, 12),
+        pytest.param(BOARD_LOOP, -12, marks=pytest.mark.slow),
+    ],
 )
 def test_no_edge_is_lost_and_control_ends_in_time(loop: str, each: int) -> None:
     """`each` counts a period, spread over three quarters of it; the carriage makes 6.5 at most."""

@@ -47,7 +47,8 @@ def curves(noise: float) -> list[tuple[np.ndarray, np.ndarray]]:
 @pytest.mark.parametrize(
     ("noise", "shape"),
     [
-        (0.0, "free"), (0.01, "free"), (0.01, "monotone"), (0.01, "nonnegative"),
+        (0.0, "free"), (0.01, "free"), (0.01, "monotone"),
+        pytest.param(0.01, "nonnegative", marks=pytest.mark.slow),
         pytest.param(0.0, "monotone", marks=pytest.mark.slow),
         pytest.param(0.0, "nonnegative", marks=pytest.mark.slow),
     ],

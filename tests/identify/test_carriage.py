@@ -88,6 +88,7 @@ def test_strokes_are_cut_at_efforts_after_rest_and_end_where_the_laser_sees_the_
     assert all(still == b for _, b, still in carriage.cut(*record(TRUE, u, laser=False)).strokes)
 
 
+@pytest.mark.slow
 def test_the_likelihood_is_greatest_near_the_truth():
     r = carriage.cut(*record(TRUE, strokes.efforts(5.0)[:8000]))
     at = float(carriage._surprises(TRUE, [r], DT).sum())

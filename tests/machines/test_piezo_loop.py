@@ -58,7 +58,15 @@ def test_the_law_is_its_steps(tree: Any) -> None:
         assert found == pytest.approx(complex(piezo_loop.law(p, np.array([f]), dt)[0]), rel=0.02)
 
 
-@pytest.mark.parametrize("of_resonance", [0.2, 0.8, 1.3, 2.0])
+@pytest.mark.parametrize(
+    "of_resonance",
+    [
+        0.2,
+        pytest.param(0.8, marks=pytest.mark.slow),
+        1.3,
+        pytest.param(2.0, marks=pytest.mark.slow),
+    ],
+)
 def test_the_plant_is_that_of_the_simulated_stage(tree: Any, of_resonance: float) -> None:
     dt, f = tree.timing.period, of_resonance * tree.guide.resonance
     made = tree.with_({"hidden.damping": 0.3, "timing.delay": f"{0.4 * dt!r} s"})

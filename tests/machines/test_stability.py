@@ -140,8 +140,8 @@ def test_a_file_with_such_gains_is_refused(tmp_path: Path) -> None:
         ("printer", "position", 500.0),
         ("printer", "integral", 1e9),
         ("piezo-100um", "drift", 1e9),
-        ("wire-250um", "ki", 9e8),
-        ("disc", "position", 1e5),
+        pytest.param("wire-250um", "ki", 9e8, marks=pytest.mark.slow),
+        pytest.param("disc", "position", 1e5, marks=pytest.mark.slow),
     ],
 )
 def test_a_running_machine_refuses_them_too(file: str, path: str, value: float) -> None:

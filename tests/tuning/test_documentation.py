@@ -31,6 +31,7 @@ def check(cells: list[str], found: Tuning, version: Version) -> None:
         assert text == pytest.approx(value, abs=0.51 * 10.0**-digits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OPTIONS)
 def test_the_table(name: str) -> None:
     found = ready(Request(stage="macro", penalties=OPTIONS[name])).search()

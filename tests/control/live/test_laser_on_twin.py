@@ -68,6 +68,7 @@ def test_places_far_apart_are_known_to_a_few_micrometres(bench: Blurred) -> None
     assert np.std(errors) < 5e-6
 
 
+@pytest.mark.slow
 def test_narrowed_micro_limits_hold_wherever_in_its_count_the_carriage_stands(
     bench: Blurred,
 ) -> None:

@@ -101,6 +101,7 @@ def test_its_gains_are_those_of_each_stage(bed: Bed) -> None:
     assert 'z = "piezo"' in text
 
 
+@pytest.mark.slow
 def test_an_axis_with_a_piezo_on_it_is_one_machine(tmp_path: Path) -> None:
     bed = Bed(written(tmp_path, 'z = "piezo", slide = "axis"'))
     assert bed.settings.homing == (1,) and len(bed.pair.readings()) == 1

@@ -44,7 +44,7 @@ def changes(page: Page) -> int:
         pytest.param("#stop", DESK, marks=pytest.mark.slow),
         pytest.param("#emergency", PHONE, marks=pytest.mark.slow),
         (" ", DESK),  # a key's way does not go by the size
-        ("\ue00c", DESK),
+        pytest.param("\ue00c", DESK, marks=pytest.mark.slow),
     ],
 )
 def test_both_stops_work_while_changes_are_reviewed(

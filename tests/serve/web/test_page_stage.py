@@ -22,6 +22,7 @@ def piezo(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pag
         yield page
 
 
+@pytest.mark.slow
 def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
     assert piezo.text("#rig") == "piezo piezo-100um (simulated)"
     assert "0 to 100 um" in piezo.text("#limits")

@@ -28,10 +28,12 @@ def claims() -> dict[str, Claim]:
 
 
 @pytest.mark.parametrize("name", ["A1", "A2", "A4", "A5", "A6"])
+@pytest.mark.slow
 def test_claim_is_reproduced(claims: dict[str, Claim], name: str) -> None:
     assert claims[name].verdict == REPRODUCED
 
 
+@pytest.mark.slow
 def test_a3_is_slower_than_printed_and_says_why(claims: dict[str, Claim]) -> None:
     assert claims["A3"].verdict == DIFFERS and claims["A3"].reason
 
@@ -39,6 +41,7 @@ def test_a3_is_slower_than_printed_and_says_why(claims: dict[str, Claim]) -> Non
 @pytest.mark.parametrize(
     ("name", "low", "high"), [("A1", 0.18, 0.30), ("A2", 0.14, 0.24), ("A3", 1.0, 1.45)]
 )
+@pytest.mark.slow
 def test_settled_time(claims: dict[str, Claim], name: str, low: float, high: float) -> None:
     measured = claims[name].measured
     assert isinstance(measured, float)
@@ -61,6 +64,7 @@ def test_rig_gives_what_the_compiled_run_gives() -> None:
     assert np.isnan(slow.room).all()
 
 
+@pytest.mark.slow
 def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
     """Erratum to Appendix D: the integral drifts; after one overshoot 149 are not reached."""
     found = cycle_runs.measured(data.unlimited)
@@ -69,12 +73,14 @@ def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
     assert np.isnan(found.tau1[1:]).all()
 
 
+@pytest.mark.slow
 def test_derivative_per_second_is_too_slow(data: CycleData) -> None:
     """Erratum to Appendix D: Kd de/Ts cannot reach tau1 = 0.23 s; over 0.34 s."""
     assert np.nanmin(cycle_runs.measured(data.literal).tau1) > 0.34
 
 
 @pytest.mark.parametrize("reading", ["literal", "unlimited"])
+@pytest.mark.slow
 def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
     """The verdicts come from the recordings."""
     counts = np.tile(getattr(data, reading), (len(data.counts), 1))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from macromicro.thesis.chapter3.hall_calibration import PROCEDURE
 from macromicro.thesis.procedure import Lab
 
 
+@pytest.mark.slow
 def test_figure_shows_every_run_and_the_table() -> None:
     data = PROCEDURE.collect(Lab())
     drawn = PROCEDURE.figures["3.9"](data)

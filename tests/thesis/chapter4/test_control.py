@@ -54,6 +54,7 @@ def test_pid(data: MacroData, figures: dict[str, list[Any]]) -> None:
     assert held[0] > TRAVEL
 
 
+@pytest.mark.slow
 def test_initial_pd_overshoots_in_the_zoom(data: MacroData, figures: dict[str, list[Any]]) -> None:
     """Figure 4.20: the zoom holds the bench's overshoot and every swing; the model has none."""
     full, zoom = figures["4.20"]
@@ -68,6 +69,7 @@ def test_initial_pd_overshoots_in_the_zoom(data: MacroData, figures: dict[str, l
     assert len(curve(full, "initial model")[1]) == len(curve(full, "bench")[1])
 
 
+@pytest.mark.slow
 def test_damping_ratios(data: MacroData, figures: dict[str, list[Any]]) -> None:
     """Figure 4.22: a curve for each ratio, the output before the limit; M12's is at 5 V."""
     effort, zoom = figures["4.22"]
@@ -83,6 +85,7 @@ def test_damping_ratios(data: MacroData, figures: dict[str, list[Any]]) -> None:
     assert curve(effort, f"{data.design.ratio:.2f}")[1][1:].max() == pytest.approx(5.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_crossovers(data: MacroData, figures: dict[str, list[Any]]) -> None:
     """Figure 4.23: a curve for each crossover; in (c) the dots lie where the gain is 1, in (d)
     on the phases: 4.91 and 9.91 rad/s, 76.3 deg."""
@@ -107,6 +110,7 @@ def test_crossovers(data: MacroData, figures: dict[str, list[Any]]) -> None:
     assert marks[0].get_ydata()[0] == pytest.approx(76.3 - 180.0, abs=0.4)
 
 
+@pytest.mark.slow
 def test_tuned_pd(data: MacroData, figures: dict[str, list[Any]]) -> None:
     """Figure 4.24: styles of the legend, the zoom on an arrival, M14's time, M16's slope."""
     full, zoom, move, travel = figures["4.24"]
@@ -125,6 +129,7 @@ def test_tuned_pd(data: MacroData, figures: dict[str, list[Any]]) -> None:
     assert millimetres[-1] / counts[-1] * 2800.0 == pytest.approx(200.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_comparison_shows_the_chatter(data: MacroData, figures: dict[str, list[Any]]) -> None:
     """Figure 4.25: the zoom holds the initial PD's overshoot and every swing of that level."""
     full, zoom = figures["4.25"]

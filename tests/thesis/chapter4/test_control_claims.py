@@ -39,6 +39,7 @@ def claims() -> dict[str, Claim]:
 
 
 @pytest.mark.parametrize("name", IDS)
+@pytest.mark.slow
 def test_claim(claims: dict[str, Claim], name: str) -> None:
     """Every macro row of the thesis is measured and met within its tolerance."""
     claim = claims[name]
@@ -48,11 +49,13 @@ def test_claim(claims: dict[str, Claim], name: str) -> None:
     assert all(v is not None and math.isfinite(v) for v in values)
 
 
+@pytest.mark.slow
 def test_every_claim_is_listed(claims: dict[str, Claim]) -> None:
     assert set(claims) == set(IDS)
     assert {c.id for c in claims.values() if c.kind == COMPUTED} == {"M11", "M11b"}
 
 
+@pytest.mark.slow
 def test_measured_numbers(claims: dict[str, Claim]) -> None:
     """Accepted ranges once more, apart from the verdicts."""
     assert claims["M1"].measured == pytest.approx(3.0, abs=0.15)
@@ -68,6 +71,7 @@ def test_measured_numbers(claims: dict[str, Claim]) -> None:
     assert claims["M16"].measured == pytest.approx(2800.0, abs=2.0)
 
 
+@pytest.mark.slow
 def test_ratio_of_the_thesis_saturates(claims: dict[str, Claim]) -> None:
     """Section 4.3.3 against itself: 1.05 asks for about 10 V; (4.10) for 37 + 3, then 6.72 V."""
     assert pd_route.trial(pd_route.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)

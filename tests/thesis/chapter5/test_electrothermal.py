@@ -35,6 +35,7 @@ def labelled(ax: Any) -> dict[str, Any]:
     return {str(x.get_label()): x for x in ax.lines if not str(x.get_label()).startswith("_")}
 
 
+@pytest.mark.slow
 def test_three_broken_trials_and_their_mean(shown: dict[str, Drawn]) -> None:
     """Figure 5.10: for each voltage."""
     for ax in axes(shown["5.10"]):
@@ -43,6 +44,7 @@ def test_three_broken_trials_and_their_mean(shown: dict[str, Drawn]) -> None:
         assert sorted(labelled(ax)) == sorted(f"{v:g} V" for v in BELOW_STOP + ABOVE_STOP)
 
 
+@pytest.mark.slow
 def test_measured_points_lie_on_the_fitted_gain(shown: dict[str, Drawn], models: Models) -> None:
     """Figure 5.11: points of the steps below the stop, and (5.2) within a kelvin of them."""
     lines = labelled(axes(shown["5.11"])[0])
@@ -55,6 +57,7 @@ def test_measured_points_lie_on_the_fitted_gain(shown: dict[str, Drawn], models:
 
 
 @pytest.mark.parametrize("number", ["5.13", "5.15", "5.17"])
+@pytest.mark.slow
 def test_panels_part_the_voltages_as_the_captions_do(shown: dict[str, Drawn], number: str) -> None:
     """(a) 1.5-1.6 V, (b) 1.65-1.8 V."""
     low, high = axes(shown[number])[:2]
@@ -66,6 +69,7 @@ def modelled(ax: Any) -> list[Any]:
     return [x for x in ax.lines if x.get_linestyle() == "--"]
 
 
+@pytest.mark.slow
 def test_weighted_gain_speeds_up_large_steps(shown: dict[str, Drawn]) -> None:
     """Figures 5.13b and 5.15b: with (5.5) alone all large steps are one, at 94 degC after
     6 s; the second exponential parts them."""
@@ -78,6 +82,7 @@ def test_weighted_gain_speeds_up_large_steps(shown: dict[str, Drawn]) -> None:
     assert max(plain) < min(weighted)
 
 
+@pytest.mark.slow
 def test_joined_gain_is_drawn_over_its_exponentials(shown: dict[str, Drawn]) -> None:
     """Figure 5.14: next to nothing below 1.47 V, never less; 139.1 K at 1.8 V."""
     lines = labelled(axes(shown["5.14"])[0])
@@ -87,6 +92,7 @@ def test_joined_gain_is_drawn_over_its_exponentials(shown: dict[str, Drawn]) -> 
     assert {"lower exponential", "upper exponential"} < set(lines)
 
 
+@pytest.mark.slow
 def test_cooling_passes_63_percent_where_it_is_marked(
     shown: dict[str, Drawn], models: Models
 ) -> None:
@@ -101,6 +107,7 @@ def test_cooling_passes_63_percent_where_it_is_marked(
         assert np.interp(time, t[known], y[known]) == pytest.approx(level, abs=most)
 
 
+@pytest.mark.slow
 def test_better_model_stands_below_the_thesis_one(shown: dict[str, Drawn], models: Models) -> None:
     """Figure 5.17: the same measurements above and below; labelled as beyond the thesis."""
     panels = axes(shown["5.17"])

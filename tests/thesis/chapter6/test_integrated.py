@@ -57,12 +57,14 @@ def test_zoom_shows_a_whole_turn(runs: IntegratedRuns, drawn: dict[str, Drawn]) 
     assert "Hall sensor" in labels(fine)
 
 
+@pytest.mark.slow
 def test_whole_system_is_both_sensors(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
     """Figure 6.2: encoder and Hall sensor added, at the third fine level 193 mm."""
     line = next(x for x in axes_of(drawn["6.2"])[1].get_lines() if "encoder" in x.get_label())
     assert line.get_ydata().max() == pytest.approx(193.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_vibration_shows_every_move(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
     """Figure 6.3: the fitted decay is what the claim measures."""
     full, _, peaks, decays = axes_of(drawn["6.3"])
@@ -74,6 +76,7 @@ def test_vibration_shows_every_move(runs: IntegratedRuns, drawn: dict[str, Drawn
     assert np.interp(found[0].decay_s or 0.0, t, y) == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_laser_that_shows_no_vibration_gets_no_decay(runs: IntegratedRuns) -> None:
     still = runs._replace(warm=changed(runs.warm, laser=0.0))
     full = axes_of(integrated.vibration(still))[0]
@@ -81,6 +84,7 @@ def test_a_laser_that_shows_no_vibration_gets_no_decay(runs: IntegratedRuns) -> 
     assert "laser" in labels(full)
 
 
+@pytest.mark.slow
 def test_sequence_begins_at_the_reset(runs: IntegratedRuns) -> None:
     """Figure 6.4: from the sample after the reset on, with the return that came before it."""
     for cycle, move in ((0, 4), (9, 364)):
@@ -91,6 +95,7 @@ def test_sequence_begins_at_the_reset(runs: IntegratedRuns) -> None:
         assert own.before is not None and own.before.move == move
 
 
+@pytest.mark.slow
 def test_bias_is_seen_without_a_fan_only(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
     """Sections 6.3, 6.3.1: over 5 um in the last cycle, which a fan takes away; the Hall
     sensor is on its set point in both."""
@@ -102,6 +107,7 @@ def test_bias_is_seen_without_a_fan_only(runs: IntegratedRuns, drawn: dict[str, 
             assert least < late.mean() < most
 
 
+@pytest.mark.slow
 def test_with_a_fan_no_bias_is_spoken_of(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
     """The arrow and the words about missing micrometres belong to Figure 6.4 alone."""
     for number, arrow in (("6.4", 1), ("6.5", 0)):
@@ -113,6 +119,7 @@ def test_with_a_fan_no_bias_is_spoken_of(runs: IntegratedRuns, drawn: dict[str, 
     assert "missing" not in drawn["6.5"].caption
 
 
+@pytest.mark.slow
 def test_green_is_what_counts_as_reproduced(drawn: dict[str, Drawn]) -> None:
     """Figure 6.3 (c, d): the bands are those of claim I2, and the caption says so."""
     for ax, (low, high) in zip(axes_of(drawn["6.3"])[2:], ((14.0, 26.0), (1.5, 2.5)), strict=True):
@@ -122,6 +129,7 @@ def test_green_is_what_counts_as_reproduced(drawn: dict[str, Drawn]) -> None:
         assert f"{low:g} to {high:g}" in drawn["6.3"].caption
 
 
+@pytest.mark.slow
 def test_a_rig_without_truth_has_the_figure_without_it(
     runs: IntegratedRuns, drawn: dict[str, Drawn]
 ) -> None:
@@ -132,6 +140,7 @@ def test_a_rig_without_truth_has_the_figure_without_it(
     assert any("truth" in label for label in labels(axes_of(drawn["6.4"])[-1]))
 
 
+@pytest.mark.slow
 def test_squares_show_the_cycle_time(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
     """Claim I6: the times at the last square are those counted."""
     time = integrated_runs.cycle_time(runs)

@@ -24,11 +24,13 @@ def claims() -> dict[str, Claim]:
 
 
 @pytest.mark.parametrize("name", ["I1", "I2", "I3", "I4", "I6"])
+@pytest.mark.slow
 def test_claim_is_reproduced(claims: dict[str, Claim], name: str) -> None:
     assert claims[name].verdict == REPRODUCED
     assert claims[name].measured is not None
 
 
+@pytest.mark.slow
 def test_sequence(runs: IntegratedRuns) -> None:
     """Claim I1, Figure 6.1: eight times macro, two seconds, reset, micro."""
     found = integrated_runs.turns(runs.warm, runs.single)
@@ -40,6 +42,7 @@ def test_sequence(runs: IntegratedRuns) -> None:
         assert 0.3 < turn.moved < 2.0
 
 
+@pytest.mark.slow
 def test_no_reset_is_noticed(runs: IntegratedRuns) -> None:
     """A recording without the laser's reset fails I1."""
     silent = _changed(runs.warm, "laser_reset", 0.0)
@@ -47,6 +50,7 @@ def test_no_reset_is_noticed(runs: IntegratedRuns) -> None:
     assert found["I1"].verdict == DIFFERS
 
 
+@pytest.mark.slow
 def test_every_vibration_is_within(runs: IntegratedRuns) -> None:
     """Claim I2: 14-26 um, down to 2 um in 1.5-2.5 s, after each of the eight moves."""
     found = integrated_runs.shaken(runs)
@@ -55,6 +59,7 @@ def test_every_vibration_is_within(runs: IntegratedRuns) -> None:
     assert all(v.decay_s is not None and 1.5 <= v.decay_s <= 2.5 for v in found)
 
 
+@pytest.mark.slow
 def test_bias_is_the_laser_zero(runs: IntegratedRuns) -> None:
     """Claim I3: what is left at the reset is what the laser is off by; the stage is right."""
     last = integrated_runs.cycled(runs, runs.warm).cycles[-1]
@@ -73,6 +78,7 @@ def test_fan_and_no_fan_exchanged_turn_the_verdicts(runs: IntegratedRuns) -> Non
     assert found["I4"].verdict == DIFFERS
 
 
+@pytest.mark.slow
 def test_a_rig_without_truth_has_its_bias_all_the_same(runs: IntegratedRuns) -> None:
     shown = [c for c in runs.warm.columns if not c.name.startswith("true_")]
     arrays = [runs.warm[c.name] for c in shown]
@@ -82,6 +88,7 @@ def test_a_rig_without_truth_has_its_bias_all_the_same(runs: IntegratedRuns) -> 
     assert "not recorded" in found["I3"].reason
 
 
+@pytest.mark.slow
 def test_cycle_time_is_both_ways(runs: IntegratedRuns, claims: dict[str, Claim]) -> None:
     """Claim I6: 0.3 to 3.8 mm and back, with the fan."""
     time = integrated_runs.cycle_time(runs)
