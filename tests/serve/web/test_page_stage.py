@@ -19,20 +19,19 @@ FILE = Path(__file__).parents[3] / "examples" / "machines" / "piezo-100um.toml"
 @pytest.fixture(scope="module")
 def piezo(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     with opened(driver, FILE, tmp_path_factory.mktemp("piezo")) as page:
+        page.take()
+        page.station.request(page.station.snapshot().holder, m.Enable())
+        until(lambda: page.station.snapshot().mode == "ready")
+        until(lambda: page.find("#move").is_enabled())
         yield page
 
 
-@pytest.mark.slow
 def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
     assert piezo.text("#rig") == "piezo piezo-100um (simulated)"
     assert "0 to 100 um" in piezo.text("#limits")
     shown = "return [...document.querySelectorAll('[data-of=micro]')].filter(e => !e.hidden).length"
     assert piezo.run(shown) == 0
     assert piezo.run("return document.getElementById('lines').hidden"), "it has no lines"
-    piezo.take()
-    piezo.station.request(piezo.station.snapshot().holder, m.Enable())
-    until(lambda: piezo.station.snapshot().mode == "ready")
-    until(lambda: piezo.find("#move").is_enabled())
     assert piezo.outcome(piezo.move(42.5)) == "done"
 
     def there() -> bool:
@@ -45,11 +44,7 @@ def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
 
 @pytest.mark.slow
 def test_points_become_a_programme_that_is_uploaded_and_run(piezo: Page, tmp_path: Path) -> None:
-    piezo.take()
     station = piezo.station
-    station.request(station.snapshot().holder, m.Enable())
-    until(lambda: station.snapshot().mode == "ready")
-    until(lambda: piezo.find("#move").is_enabled())
     kept = "return document.querySelectorAll('#point-list li').length"
     kept_place = "const now = window.macromicro.state(); return now.target_m ?? now.position_m"
     for number, place in enumerate((20.0, 30.0), 1):

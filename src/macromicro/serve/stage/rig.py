@@ -69,6 +69,7 @@ class Simulated(Entered):
         self._states: Any = tuple(kind.initial(params) for kind, params in stages)
         self._random = noise_source(seed)
         self._noise = tuple(np.empty((self.control.number, kind.noises)) for kind in self.kinds)
+        self._read: tuple[Sample, ...] | None = None  # of this period, where it was read
         self.shown = [Shown(0.0, *[math.nan] * 5) for _ in trees]
         self.lines = [QUIET for _ in trees]
         self._draw()
@@ -83,7 +84,7 @@ class Simulated(Entered):
         return tuple(measure(params, state, t, noise, 0) for measure, params, state, noise in each)
 
     def read(self) -> Shown:
-        seen = self._seen()
+        seen = self._read = self._seen()
         for k, kind in enumerate(self.kinds):
             if kind.lines:
                 told = self._sense[k](self._bench.stages[k], self._states[k])
@@ -98,7 +99,7 @@ class Simulated(Entered):
 
     def drive(self, courses: Sequence[Course]) -> None:
         """Pass one period of the loop with laws and guards on these set points."""
-        seen = self._seen()
+        seen, self._read = self._read or self._seen(), None
         self._states = self.control.run(courses, self._bench, self._states, seen, self._noise)
         self.tick += 1
         self._draw()
