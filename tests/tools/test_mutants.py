@@ -1,12 +1,15 @@
 """The mutation run of tools/mutants: what it changes, what it leaves alone, what it reports."""
 
 import importlib.util
+import inspect
 import subprocess
 import sys
 import types
 from pathlib import Path
 
 import pytest
+
+from macromicro import kernel
 
 ROOT = Path(__file__).parents[2]
 TOOL = ROOT / "tools" / "mutants"
@@ -185,6 +188,14 @@ def test_what_changes_machine_code_finds_none_in_a_cache(swift, operators, text,
     """numba's index knows neither a function's constants nor those of other files."""
     (mutant,) = (m for m in operators.mutants(text) if m.kind == "number")
     assert swift.new_machine_code(text, mutant) is fresh
+
+
+def test_kernels_are_kept_in_one_folder(swift, monkeypatch, tmp_path):
+    asked = inspect.signature(kernel.cache_folder)
+    monkeypatch.setattr(kernel, "cache_folder", kernel.cache_folder)
+    swift.keep_kernels(tmp_path)
+    assert kernel.cache_folder() == kernel.cache_folder(joined=False) == tmp_path
+    assert list(inspect.signature(kernel.cache_folder).parameters) == list(asked.parameters)
 
 
 def test_files_whose_functions_are_compiled_are_known(swift, operators, beside):

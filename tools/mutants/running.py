@@ -94,9 +94,7 @@ class Bench:
             import pytest
 
             if not fresh:
-                from macromicro import kernel
-
-                kernel.cache_folder = lambda: self._kernels
+                keep_kernels(self._kernels)
             options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not slow"]
             status = int(pytest.main([*options, *map(str, tests)]))
         finally:
@@ -105,6 +103,13 @@ class Bench:
     def output(self) -> str:
         """What the last run of the tests printed."""
         return (self._folder / "output.txt").read_text("utf-8", errors="replace")
+
+
+def keep_kernels(folder: Path) -> None:
+    """Have this process keep its compiled kernels in a folder, whatever its sources are."""
+    from macromicro import kernel
+
+    kernel.cache_folder = lambda joined=True: folder
 
 
 class Baseline(NamedTuple):

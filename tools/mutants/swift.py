@@ -29,7 +29,7 @@ import pytest
 from beside import PACKAGE, ROOT
 from beside import name as file_name
 from operators import Mutant
-from running import SURVIVED, TestsFail, allowed, waited
+from running import SURVIVED, TestsFail, allowed, keep_kernels, waited
 
 
 def fitting(text: str, mutant: Mutant) -> bool:
@@ -160,11 +160,9 @@ class _Plugin:
         self, session: pytest.Session, items: list[pytest.Item], mutant: Mutant | None
     ) -> None:
         os.setpgid(0, 0)
-        from macromicro import kernel
-
         changed = mutant is not None and new_machine_code(self.text, mutant)
         place = self.folder / ("mutated" if changed else "kernels")
-        kernel.cache_folder = lambda: place
+        keep_kernels(place)
         from hypothesis import Phase, settings
 
         # Whether an example fails is the question, not which is the simplest.
