@@ -149,7 +149,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro serve": TESTED + "tests/commands/test_serving.py",
         "MACROMICRO_TOKEN=": "listens to the network",
         "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
-        "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
+        "python -m faulty": TESTED + "tests/rig/test_faulty.py",
     },
     "docs/tuning.md": {
         "pip install": "installs",

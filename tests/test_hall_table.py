@@ -50,16 +50,16 @@ def test_a_programme_on_another_sensor_reaches_its_targets() -> None:
 
 
 def test_a_rig_without_a_table_is_not_served(monkeypatch: pytest.MonkeyPatch) -> None:
-    from macromicro.rig import faulty
+    import faulty.bench
 
-    real = faulty.Faulty.__init__
+    real = faulty.bench.Faulty.__init__
 
     def bare(self: Any, *given: Any, **more: Any) -> None:
         real(self, *given, **more)
         self.calibration = None
 
-    monkeypatch.setattr(faulty.Faulty, "__init__", bare)
-    spec = Spec("macromicro.rig.faulty:twin", 0, LiveSettings(), "", LIVE, os.getpid())
+    monkeypatch.setattr(faulty.bench.Faulty, "__init__", bare)
+    spec = Spec("faulty.bench:twin", 0, LiveSettings(), "", LIVE, os.getpid())
     with pytest.raises(InputError, match="identify hall"):
         loop_process.open_machine(spec)
 

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import faulty
 from macromicro.recording import Recording
 from macromicro.serve import persist
 from tests.command import command
@@ -25,13 +26,13 @@ from tests.warm import Command
 RUN = (sys.executable, "-m", "macromicro", "serve")
 SLOW = """
 import os, sys, time
-from macromicro.rig import faulty
+import faulty.bench
 
 def rig(seed):
     print("opening", file=sys.stderr, flush=True)
     while not os.path.exists("go"):
         time.sleep(0.01)
-    return faulty.twin(seed)
+    return faulty.bench.twin(seed)
 """
 
 
@@ -163,6 +164,7 @@ def test_while_it_starts_its_page_and_ctrl_c_are_answered(tmp_path: Path) -> Non
     process = subprocess.Popen(
         [*RUN, "--scpi", "0", "--web", "0", "--rig", "slow:rig", "--state", "position.json"],
         cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(faulty.__file__).parents[1])},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -132,6 +132,8 @@ def test_the_numbers_of_a_search_worked_out_by_hand() -> None:
     assert touch.speed == stop.speed  # nothing is in its way
     assert touch.slow == pytest.approx(5e-3)  # 5 um of scatter in 1 ms
     assert touch.seek.rise == pytest.approx(50e-3) and touch.seek.rise < touch.speed
+    back = 4.0 * tree.switches.repeatability + 50e-3**2 / tree.motion.acceleration
+    assert touch.back == pytest.approx(back + 4.0 * tree.encoder.pitch)
     way = 310e-3
     took = 2.0 * way / touch.speed + touch.back / 5e-3 + way / 50e-3
     assert touch.patience == pytest.approx(5.0 * took + 10.0)

@@ -424,6 +424,12 @@ def test_slower_changes_the_speed_alone():
     assert guarding.slower(limits, math.inf) == limits
 
 
+def test_limits_of_readings_that_are_off_move_with_them():
+    limits = Limits(*(0.5 + k for k in range(len(Limits._fields))))
+    expected = limits._replace(low=limits.low + 0.25, high=limits.high + 0.25)
+    assert guarding.shifted(limits, 0.25) == expected
+
+
 @pytest.mark.parametrize("function", [guarding.off, guarding.step])
 def test_both_ways_of_running_give_the_same_bits(function):
     limits = LEAP._replace(lean=2.0, heat=4.0, repeats=0.5, against=1.0)

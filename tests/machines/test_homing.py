@@ -144,3 +144,41 @@ def test_each_of_its_numbers_worked_out_by_hand(
     assert touch[:numbers] == pytest.approx(expected[:numbers], rel=1e-9, abs=1e-12)
     assert touch.seek is None  # the stop, not a switch
     assert math.isnan(touch.out)  # and then to the lowest target
+
+
+# 0.5 V/N, 3 N of friction, 4 kg; 1 ms, 1 ms and 2 ms late.
+SHOWS: dict[str, float | str] = {
+    **ROUND,
+    "timing.period": 1e-3,
+    "timing.delay": 1e-3,
+    "amplifier.bandwidth": 250.0 / math.pi,
+    "friction.stribeck": 0.0,
+    "friction.ripple": 0.0,
+    "guard.still": 0.01,
+}
+
+
+@pytest.mark.parametrize(
+    ("lean", "still", "reveal"),
+    [
+        (2.5, 0.01, 4.0 * (0.2 + 4e-3)),  # 2 N are left
+        (1.75, 0.01, 4.0 * (0.4 + 4e-3)),  # 0.5 N
+        (1.5, 0.01, 4.0 * (homing.STAND + 4e-3)),  # none
+        (2.5, 1e-9, homing.REVEAL),
+    ],
+)
+def test_in_time_a_free_stage_shows_that_it_moves(lean: float, still: float, reveal: float) -> None:
+    own = {**SHOWS, "guard.lean": lean, "guard.still": still}
+    tree = changed(machine.load(AXES[0])[1], own)
+    assert homing.reveal(tree) == pytest.approx(reveal, rel=1e-9)
+    touch = homing.touch(tree)
+    assert touch is not None and touch.reveal == homing.reveal(tree)
+
+
+def test_an_axis_without_ends_is_searched_for_a_turn_and_a_half() -> None:
+    chosen, tree = machine.load(next(p for p in AXES if p.stem == "disc"))
+    endless = tree.with_({"load.ends": "none", "encoder.index_pulse": "mark", "homing.on": "index"})
+    touch = chosen.touch and chosen.touch(endless)
+    assert touch is not None and touch.seek is not None
+    took = 2.0 * 3.0 * math.pi / touch.speed + touch.back / touch.slow
+    assert touch.patience == pytest.approx(5.0 * (took + 3.0 * math.pi / touch.seek.rise) + 10.0)

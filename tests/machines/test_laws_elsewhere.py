@@ -26,7 +26,7 @@ def refused(monkeypatch, capsys, *words):
 def test_before_anything_moves_it_is_refused(machine, law, on, tmp_path, monkeypatch, capsys):
     step = compositions.named(machine, "").family == STEP
     names = ("x.law", "y.law") if step else ("law",)
-    faulty = "macromicro.machines.faulty"
+    faulty = "faulty.stage"
     rig = "twin" if on == "the twin" else f"{faulty}:x+{faulty}:y" if step else f"{faulty}:stage"
     for name in names:
         (tmp_path / "m.toml").write_text(f'machine = "{machine}"\n{name} = "{law}"\n')

@@ -83,7 +83,7 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
     """Makes stations on the faulty twin, started and homed, with some settings in [serve]."""
     from fault_parts import Scene
 
-    from macromicro.rig import faulty
+    import faulty
 
     monkeypatch.setenv(faulty.BOARD, str(tmp_path / "board"))
     made: list[Scene] = []

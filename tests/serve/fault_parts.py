@@ -11,18 +11,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from serve_parts import until
 
+import faulty
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.control.settings import Control
 from macromicro.recording import Recording
-from macromicro.rig import faulty
 from macromicro.serve import persist
 from macromicro.serve.persist import Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.station import Station
 
-RIG = "macromicro.rig.faulty:twin"
+RIG = "faulty.bench:twin"
 CLIENT = "test"
 TABLE = "MACROMICRO_FAULT_TABLE"  # names a file that takes a line of JSON for each fault
 OUTPUTS = ("motor", "ctrl", "fan")

@@ -15,7 +15,7 @@ import pytest
 from fault_parts import CLIENT, Scene, note
 from serve_parts import until
 
-from macromicro.rig import faulty
+import faulty
 from macromicro.serve.scpi import Server
 
 PITCH = 0.2 / 2800.0

@@ -12,12 +12,13 @@ import pytest
 from fault_parts import CLIENT, Scene, note
 from serve_parts import until
 
+import faulty
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import Edges
 from macromicro.control.pid import Pid
 from macromicro.control.settings import Control
-from macromicro.rig import codes, faulty
+from macromicro.rig import codes
 from macromicro.rig.limits import LIVE
 from macromicro.serve import faults
 

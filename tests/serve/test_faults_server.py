@@ -21,10 +21,10 @@ import pytest
 from fault_parts import RIG, Scene, note, trusted
 from serve_parts import until
 
+import faulty
 from macromicro import recorder
 from macromicro.control.live import messages as m
 from macromicro.recording import Recording
-from macromicro.rig import faulty
 from macromicro.serve import faults, persist, ticking
 from tests.systems import linux
 

@@ -9,12 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+import faulty
+from faulty import FAULTS, NONE, possible
+from faulty.bench import Faulty
 from macromicro.control import calibration
 from macromicro.control.live import messages as m
 from macromicro.kernel import compiled
 from macromicro.plant import bench
-from macromicro.rig import faulty, guard
-from macromicro.rig.faulty import FAULTS, NONE, Faulty, possible
+from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
 from macromicro.serve import live
 from macromicro.serve.link import Outbox, pair

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import faulty
 from faultmatrix.subjects import Made
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Finished
-from macromicro.rig import faulty
 from macromicro.rig.session import Session
 from macromicro.serve.persist import Restored
 from macromicro.types import SAFE

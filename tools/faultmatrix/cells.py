@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+import faulty
 from faultmatrix.bed import Bed, Home, Period
 from faultmatrix.bounds import Bounds, bounds, leading
 from faultmatrix.judge import Judge
 from faultmatrix.reasons import ABSOLUTE, REASONS
 from faultmatrix.subjects import Made
 from macromicro.control.live import messages as m
-from macromicro.rig import faulty
 
 MODES = ("disabled", "holding", "homing", "jogging", "moving", "programme")
 SAFE_, HARMLESS, UNSEEN, UNSAFE, FALSE = (

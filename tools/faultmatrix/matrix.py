@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import faulty
 from faultmatrix.bed import homed
 from faultmatrix.cells import MICRO, MODES, Cell, Trial, healthy, planned, worst
 from faultmatrix.subjects import made
-from macromicro.rig import faulty
 
 # What a quick matrix tries: this fault in every mode, and in this mode every fault of these kinds.
 QUICK_FAULT, QUICK_MODE, QUICK_KINDS = "encoder-jump", "moving", ("slide-switches", "two-stage")

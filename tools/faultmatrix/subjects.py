@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro.rig import faulty
+import faulty
 from macromicro.rig.opening import named
 from macromicro.serve import choosing
 from macromicro.serve.loop_process import Drivable, open_machine
@@ -16,8 +16,8 @@ from macromicro.serve.loop_spec import LIVE, Spec
 
 _EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
 _SWITCHED = '\n[switches]\nlimits = "both"\nhome = "below"\n\n[homing]\non = "home"\n'
-_STAGE = "macromicro.machines.faulty:stage"
-_AXES = "macromicro.machines.faulty:x+macromicro.machines.faulty:y"
+_STAGE = "faulty.stage:stage"
+_AXES = "faulty.stage:x+faulty.stage:y"
 
 
 class Subject(NamedTuple):
@@ -43,9 +43,7 @@ SUBJECTS: dict[str, Subject] = {
     "wire": Subject("wire-150um.toml"),
     "two-axes": Subject("xy-plotter.toml", "", _AXES),
     # Homing at its normal pace would take half of the time.
-    "two-stage": Subject(
-        "", '[live.homing]\nspeed = "600 count/s"\n', "macromicro.rig.faulty:twin"
-    ),
+    "two-stage": Subject("", '[live.homing]\nspeed = "600 count/s"\n', "faulty.bench:twin"),
 }
 
 
@@ -61,7 +59,7 @@ class Made(NamedTuple):
     @property
     def environment(self) -> dict[str, str]:
         """What the rig's factory reads."""
-        from macromicro.machines.faulty import MACHINE
+        from faulty.stage import MACHINE
 
         return {faulty.BOARD: str(self.board), MACHINE: str(self.file)}
 

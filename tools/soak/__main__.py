@@ -12,8 +12,8 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
+import faulty
 from faultmatrix.subjects import SUBJECTS
-from macromicro.rig import faulty
 from soak import table
 from soak.campaign import Campaign, Round
 from soak.finale import finale

@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-from macromicro.rig import faulty
+import faulty
 from macromicro.serve import faults
 from soak.driver import Driver
 from soak.faults import (

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from macromicro.rig import faulty
+import faulty
 from soak.faults import reset
 from soak.victim import Client, Victim, until
 

@@ -7,8 +7,8 @@ import math
 import random
 import time
 
+import faulty
 from macromicro.errors import MacromicroError
-from macromicro.rig import faulty
 from macromicro.serve import faults
 from soak.victim import Client, Victim, until
 

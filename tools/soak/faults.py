@@ -13,7 +13,8 @@ import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from macromicro.rig import codes, faulty
+import faulty
+from macromicro.rig import codes
 from macromicro.serve import faults
 from soak.victim import Client, Victim
 

@@ -8,7 +8,7 @@ import random
 import time
 from functools import partial
 
-from macromicro.rig import faulty
+import faulty
 from soak.campaign import Round
 from soak.faults import port_in_use
 from soak.judge import judge

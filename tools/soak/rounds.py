@@ -10,9 +10,9 @@ from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
+import faulty
 from faultmatrix.bounds import bounds
 from macromicro.errors import MacromicroError
-from macromicro.rig import faulty
 from macromicro.serve import faults
 from soak.judge import judge
 from soak.victim import Client, Victim, until

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from faultmatrix.table import replaced
+from faulty import FAULTS
 from macromicro.rig import faults
-from macromicro.rig.faulty import FAULTS
 from soak.campaign import Campaign, Round
 from soak.rounds import Rounds
 from soak.victim import Load

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import faulty
 from faultmatrix.subjects import made
 from macromicro.errors import MacromicroError
-from macromicro.rig import faulty
 
 
 class Load(NamedTuple):

@@ -69,7 +69,7 @@ def edge(tree: Any) -> float:
 def pulse(tree: Any) -> float:
     """The index pulse of the home position: the mark, or the first above the switch."""
     place, apart = float(tree.encoder.index_place), _wiring.spacing(tree)
-    if apart == 0.0 or tree.homing.on == INDEX:
+    if apart == 0.0:
         return place
     return place + apart * math.ceil((edge(tree) - place) / apart)
 
@@ -140,4 +140,4 @@ def reveal(tree: Any) -> float:
     """Time in which a free stage moves visibly under the guard's `lean`."""
     left = tree.guard.lean / per_newton(tree) - held(tree)
     takes = math.sqrt(2.0 * mass(tree) * tree.guard.still / left) if left > 0.0 else STAND
-    return float(max(REVEAL, SURELY * (takes + lag(tree)), 3.0 * pace.period(tree)))
+    return float(max(REVEAL, SURELY * (takes + lag(tree))))

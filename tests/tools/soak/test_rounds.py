@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import faulty
 from faultmatrix.bounds import Bounds
-from macromicro.rig import faulty
 from soak import rounds as parts
 from soak import table
 from soak.rounds import Round, Rounds

@@ -2,9 +2,10 @@
 
 Example:
 
-    export MACROMICRO_FAULTS=/tmp/faults MACROMICRO_MACHINE=examples/machines/printer.toml
-    macromicro serve --config $MACROMICRO_MACHINE --rig macromicro.machines.faulty:stage
-    python -m macromicro.rig.faulty encoder-frozen     # in another shell; "none" ends it
+    export PYTHONPATH=tools MACROMICRO_FAULTS=/tmp/faults
+    export MACROMICRO_MACHINE=examples/machines/printer.toml
+    macromicro serve --config $MACROMICRO_MACHINE --rig faulty.stage:stage
+    python -m faulty encoder-frozen     # in another shell; "none" ends it
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import faulty
 from macromicro.errors import ProblemError
 from macromicro.machines import compositions
 from macromicro.machines import machine as machines
 from macromicro.machines.machine import Machine
 from macromicro.machines.rig import CompiledTwin
-from macromicro.rig import faulty
 from macromicro.types import Lines, Outputs
 from macromicro.types import Sample as Shown
 

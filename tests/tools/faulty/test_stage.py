@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
+import faulty
+from faulty import inject, possible
+from faulty import stage as stages
+from faulty.stage import FaultyStage
 from macromicro.errors import InputError
-from macromicro.machines import faulty as stages
 from macromicro.machines import machine as machines
-from macromicro.machines.faulty import FaultyStage
 from macromicro.machines.rig import CompiledTwin
-from macromicro.rig import faulty
-from macromicro.rig.faulty import inject, possible
 from macromicro.types import SAFE
 
-EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
+EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
 SWITCHED = '\n[switches]\nlimits = "both"\nhome = "below"\n'
 PUSH = SAFE._replace(motor=5.0)
 

@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import faulty.bench
+from faulty import inject
+from faulty.__main__ import main
+from faulty.bench import Faulty
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.rig import faulty
-from macromicro.rig.faulty import Faulty, inject
 from macromicro.rig.twin import Twin
 from macromicro.types import SAFE, Outputs, Sample
 
@@ -23,7 +25,7 @@ PUSH = Outputs(4.0, 1.6, 1.0, 0.0)
 @pytest.fixture
 def rig(monkeypatch: pytest.MonkeyPatch) -> Faulty:
     monkeypatch.delenv(faulty.BOARD, raising=False)
-    return faulty.twin(3)
+    return faulty.bench.twin(3)
 
 
 def run(rig: Twin, periods: int, outputs: Outputs = PUSH) -> list[Sample]:
@@ -103,7 +105,7 @@ def test_a_fan_that_does_not_turn_cools_nothing(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.delenv(faulty.BOARD, raising=False)
     temperatures = []
     for name in ("none", "fan-lost"):
-        rig = faulty.twin(0)
+        rig = faulty.bench.twin(0)
         inject(rig.cells, name)
         run(rig, 3000)
         temperatures.append(rig.truth().plates)
@@ -124,7 +126,7 @@ def test_the_board_shows_truth_outputs_and_when_they_were_safe(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(faulty.BOARD, str(tmp_path / "board"))
-    rig = faulty.twin(0)
+    rig = faulty.bench.twin(0)
     cells = faulty.board(tmp_path / "board")
     run(rig, 10)
     assert math.isnan(cells[faulty.SAFE_AT])
@@ -140,15 +142,15 @@ def test_a_person_switches_faults_on_and_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv(faulty.BOARD, str(tmp_path / "board"))
-    assert faulty.main(["hall-stuck"]) == 2  # nothing runs there
-    rig = faulty.twin(0)
-    assert faulty.main(["hall-stuck"]) == 0
+    assert main(["hall-stuck"]) == 2  # nothing runs there
+    rig = faulty.bench.twin(0)
+    assert main(["hall-stuck"]) == 0
     assert len({s.hall for s in run(rig, 50, SAFE)}) == 1
-    assert faulty.main(["none"]) == 0
+    assert main(["none"]) == 0
     assert len({s.hall for s in run(rig, 50, SAFE)}) > 1
     capsys.readouterr()
     for wrong in ([], ["nonsense"], ["none", "none"]):
-        assert faulty.main(wrong) == 2
+        assert main(wrong) == 2
         listed = capsys.readouterr().out
         assert all(name in listed for name in faulty.NAMES)
     with pytest.raises(InputError, match="encoder-frozen"):
