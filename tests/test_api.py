@@ -120,7 +120,7 @@ def test_any_machine_runs_from_its_file(tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(MOVES)
     run = macromicro.run(tmp_path / "m.toml", tmp_path / "p.toml", seed=2, cycles=2)
     made = jobs.check(
-        jobs.Request(tmp_path / "m.toml", str(tmp_path / "p.toml"), tmp_path / "o", 2, 2)
+        jobs.Request(str(tmp_path / "p.toml"), tmp_path / "o", tmp_path / "m.toml", 2, seed=2)
     )
     ended = jobs.execute(made)
     for name in ("t", "position", "effort", "move"):

@@ -68,7 +68,7 @@ def test_exits_with_0_and_leaves_everything(
 def test_prints_a_line_a_move(done: tuple[Path, subprocess.CompletedProcess[str]]) -> None:
     _, finished = done
     lines = finished.stdout.splitlines()
-    assert "settling" in lines[0] and "final error" in lines[0] and "overshoot" in lines[0]
+    assert all(word in lines[0] for word in ("arrival", "error at rest", "overshoot"))
     assert lines[1].split()[1:4] == ["macro", "20", "mm"]
     assert lines[2].split()[1:4] == ["micro", "1000", "um"]
     assert any(line.startswith("speed:") for line in lines)
@@ -382,3 +382,12 @@ def test_config_shows_what_only_the_live_machine_has(tmp_path: Path, key: str) -
     assert shown.returncode == 0, shown.stderr
     (tmp_path / "mine.toml").write_text(shown.stdout)
     assert load(tmp_path / "mine.toml") == LiveSettings()
+
+
+def test_config_shows_what_the_server_of_any_machine_has(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "axis.toml").write_text('machine = "axis"\nserve.lost_client = "hold"\n')
+    sys.argv = ["macromicro", "config", "show", "serve.lost_client", "--config", "axis.toml"]
+    assert cli.main() == 0
+    assert 'lost_client = "hold"' in capsys.readouterr().out

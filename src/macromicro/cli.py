@@ -158,18 +158,14 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from macromicro.drawing.files import formats
     from macromicro.rig.board.named import joined
+    from macromicro.runs.job import Request
 
     with Signals() as signals:
         try:
             kinds = formats(figures)
             rig = joined(rig, port, loop, calibration)
-            if config is not None and not machine_run.is_two_stage(config):
-                machine_run.refuse(fan=fan)
-                asked = (config, programme, out, cycles, seed, overwrite, kinds, law, rig)
-                performing.machine(asked, as_json, yes, signals)
-                return
-            request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
-            performing.bench(request, as_json, yes, signals)
+            request = Request(programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
+            performing.perform(request, as_json, yes, signals)
         except KeyboardInterrupt:
             _say("interrupted")
             raise typer.Exit(signals.status) from None
@@ -209,13 +205,10 @@ def config_show(
                 raise ProblemError(name, "not allowed with --axis, which prints a whole axis of xy")
         machine_run.show_axis(config, axis)
         return
-    live = key is not None and key.partition(".")[0] in ("live", "serve")
-    if live and machine is None and machine_run.is_two_stage(config):
-        from macromicro.schema.config import as_toml
-        from macromicro.serve.settings import LiveSettings
-        from macromicro.settings import chosen
+    if machine is None and key is not None and key.partition(".")[0] in ("live", "serve"):
+        from macromicro.serve.choosing import load
 
-        print(as_toml(chosen(LiveSettings(), config, law), key), end="")
+        print(load(config, law).tables(key), end="")
         return
     machine_run.show(machine, key, law, config)
 

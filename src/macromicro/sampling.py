@@ -1,4 +1,4 @@
-"""Points of the unit cube from a seed, by the designs of `scipy.stats.qmc`."""
+"""Points of the unit cube from a seed: random, a Latin hypercube, Sobol's by scipy."""
 
 from __future__ import annotations
 
@@ -28,10 +28,13 @@ def drawn_by() -> str:
 
 def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
     """A Latin hypercube: in every column one point in each of `rows` equal parts."""
-    from scipy.stats import qmc
-
-    found: Array = qmc.LatinHypercube(columns, rng=np.random.default_rng(seed)).random(rows)
-    return found
+    # As by scipy's `qmc.LatinHypercube`, whose import takes longer than a small study.
+    (rng,) = np.random.default_rng(seed).spawn(1)
+    within = rng.uniform(size=(rows, columns))
+    parts = np.tile(np.arange(1, rows + 1), (columns, 1))
+    for column in parts:
+        rng.shuffle(column)
+    return (parts.T - within) / rows
 
 
 def scaled(share: Array, low: float, high: float, *, log: bool = False) -> Array:

@@ -12,7 +12,6 @@ from macromicro.export import catalogue
 from macromicro.machines import composite, compositions, programmes, results, runs
 from macromicro.machines import machine as machines
 from macromicro.place import ANGLE, LENGTH
-from tests.command import BARE
 
 EXAMPLE = Path(__file__).parents[2] / "examples/machines/xyz.toml"
 PROGRAMME = """
@@ -146,7 +145,7 @@ def test_a_trajectory_is_followed_by_all_from_its_first_point(three, tmp_path):
 
 @pytest.mark.slow
 def test_it_runs_and_each_move_waits_for_every_stage(three, tmp_path, monkeypatch, capsys):
-    words = [*BARE, file(tmp_path, PROGRAMME, "p.toml"), "--config", EXAMPLE]
+    words = ["run", file(tmp_path, PROGRAMME, "p.toml"), "--config", EXAMPLE]
     words += ["--out", tmp_path / "out", "--json"]
     monkeypatch.setattr("sys.argv", ["macromicro", *map(str, words)])
     assert cli.main() == 0

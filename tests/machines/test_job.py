@@ -140,7 +140,7 @@ def test_a_run_in_memory_that_does_not_arrive_warns_of_its_moves_once(files):
 
 
 def test_a_run_stopped_from_outside_keeps_its_recording(files):
-    asked = job.Request(files / "m.toml", out=files / "out", cycles=9)
+    asked = job.Request(config=files / "m.toml", out=files / "out", cycles=9)
 
     def stop(t, move):
         raise Stop
@@ -187,7 +187,7 @@ def test_its_settings_are_shown(monkeypatch, capsys, tmp_path):
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_the_examples_run_with_the_gains_that_follow_from_their_sheets(path):
-    made = job.check(job.Request(path, out=Path("unused")))
+    made = job.check(job.Request(config=path, out=Path("unused")))
     done = runs.record(made.machine, made.settings, made.programme)
     assert done.outcome.finished and done.outcome.fault is None
     most = made.settings.arrival.tolerance * made.machine.kind.place.per

@@ -106,7 +106,9 @@ def test_it_runs_as_the_simulated_machine_does(
     found = Recording.load(lab / "out" / "recording.h5")
     assert found.attributes["rig"] == "on_mine:axis" and "true_position" not in found
     made, tree = machine.load(lab / "m.toml")
-    alone = runs.record(made, tree, job.check(job.Request(lab / "m.toml", "p.toml")).programme)
+    alone = runs.record(
+        made, tree, job.check(job.Request("p.toml", config=lab / "m.toml")).programme
+    )
     assert found["position"][-1] == pytest.approx(alone.recording["position"][-1], abs=0.03)
     assert (lab / "out" / "report.html").exists()
 
@@ -173,7 +175,7 @@ def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
                                             ahead_acceleration=0.0),
         guard=tree.guard._replace(error=1.0),
     )  # fmt: skip
-    checked = job.check(job.Request(lab / "m.toml", "p.toml"))
+    checked = job.check(job.Request("p.toml", config=lab / "m.toml"))
     rigs = on_rig.found("on_mine:away", made, weak, 0)
     assert rigs is not None
     blocks = runs.Blocks()

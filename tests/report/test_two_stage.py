@@ -15,15 +15,16 @@ def test_a_line_a_move_with_units(ended: Ended) -> None:
     assert len(lines) == len(ended.moves)
     macro, micro = lines[0].cells, lines[1].cells
     assert len(macro) == len(micro) == len(two_stage.HEADINGS)
-    assert macro[1:3] == ("macro", "40 mm") and macro[5] == "±0.14 mm"
-    assert micro[1:3] == ("micro", "1500 um") and micro[5] == "±10 um"
-    assert macro[8] == "-" and micro[8].endswith(" um") and micro[9].endswith(" um")
+    assert macro[1:3] == ("macro", "40 mm") and macro[4] == "±0.14 mm"
+    assert micro[1:3] == ("micro", "1500 um") and micro[4] == "±10 um"
+    assert macro[7] == "-" and micro[7].endswith(" um") and micro[8].endswith(" um")
+    assert micro[3] == f"{ended.moves[1].settling_s:.3f} s"
     assert not any("-0.0 um" in cell for line in lines for cell in line.cells)
 
 
 def test_no_negative_zero(ended: Ended) -> None:
     moves = [ended.moves[1]._replace(final_error=-0.04)]
-    assert two_stage.table(ended._replace(moves=moves))[0].cells[6] == "0.0 um"
+    assert two_stage.table(ended._replace(moves=moves))[0].cells[5] == "0.0 um"
 
 
 def test_remarks(ended: Ended) -> None:

@@ -15,7 +15,7 @@ from macromicro.schema.par import entries
 from macromicro.uncertainty.table import read
 
 AXIS = machine.MACHINES[0]
-ROWS = read(AXIS.spread)
+ROWS = read(AXIS.spread, AXIS.settings)
 PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
 
 

@@ -57,6 +57,27 @@ value = 7
     assert np.array_equal(Sampler(spec).values(23, 1)[0][[0, 3]], [2.5, 7.0])
 
 
+def test_ranges_relative_to_the_settings(tmp_path: Path) -> None:
+    """A factor multiplies the parameter's value, a shift is added to it."""
+    text = """
+[parameters]
+gain = { kind = "factor", low = 0.5, high = 2 }
+"part.force" = { kind = "shift", low = "-100 mN", high = "0.25 N" }
+"""
+    gain, force = loaded(tmp_path, HEAD + text).axes
+    assert (gain.low, gain.high) == (1.0, 4.0)
+    assert (force.low, force.high) == pytest.approx((0.4, 0.75))
+    steps = text.replace("high = 2 }", "high = 2, steps = 3 }").replace('N" }', 'N", steps = 2 }')
+    gain, force = loaded(tmp_path, GRID + steps).axes
+    assert gain.levels == (1.0, 2.5, 4.0) and force.levels == pytest.approx((0.4, 0.75))
+
+
+def test_nothing_is_a_factor_of_zero(tmp_path: Path) -> None:
+    text = "[parameters]\nbench.friction.random = { kind = 'factor', low = 1, high = 2 }\n"
+    with pytest.raises(InputError, match=r"friction.random: a factor of 0 is 0. Give low and high"):
+        real(tmp_path, HEAD.replace("fake", "macro-bench") + text)
+
+
 def test_all_metrics_or_the_chosen_ones(tmp_path: Path) -> None:
     tail = "[parameters]\ngain = { low = 1, high = 2 }\n"
     every = loaded(tmp_path, HEAD + tail)
@@ -151,6 +172,13 @@ CASES = {
         HEAD + P + "gain={low=0,high=1,scale='log'}",
         "gain.low: '0'",
         "above zero for scale 'log'",
+    ),
+    "kind": (HEAD + P + "gain={low=0,high=1,kind='half'}", "gain.kind: 'half'", "one of value"),
+    "kind of values": (HEAD + P + "gain={values=[1],kind='shift'}", "gain.kind: not", "values"),
+    "factor beyond": (
+        HEAD + P + "gain={low=1,high=1e9,kind='factor'}",
+        "gain: '2e+9'",
+        "at most 1000000",
     ),
     "scale": (HEAD + P + "gain={low=0,high=1,scale='ln'}", "gain.scale: 'ln'", "'linear' or 'log'"),
     "sample with steps": (

@@ -14,7 +14,8 @@ from macromicro.schema import config
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.uncertainty.machines import centre, columns, draw, refusal, settings_at
-from macromicro.uncertainty.table import FACTOR, SHIFT, UNCERTAIN, VALUE, Uncertain
+from macromicro.uncertainty.ranges import FACTOR, SHIFT, VALUE
+from macromicro.uncertainty.table import UNCERTAIN, Uncertain
 
 BASE = Settings()
 BY_NAME = {u.name: u for u in UNCERTAIN}

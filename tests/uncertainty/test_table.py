@@ -9,7 +9,8 @@ from macromicro.schema.par import entries
 from macromicro.settings import Settings
 from macromicro.uncertainty import table
 from macromicro.uncertainty.machines import centre
-from macromicro.uncertainty.table import FACTOR, UNCERTAIN, VALUE, of_stage
+from macromicro.uncertainty.ranges import FACTOR, VALUE
+from macromicro.uncertainty.table import UNCERTAIN, of_stage
 
 BASE = Settings()
 KNOWN = {e.path: e.value for e in entries(BASE)}
@@ -50,21 +51,38 @@ ROW = """
 [[quantity]]
 name = "mass"
 kind = "factor"
-paths = ["blade.mass", "load.mass"]
-range = [0.9, 1.1]
+paths = ["bench.carriage.mass", "bench.wire.creep"]
+low = 0.9
+high = 1.1
 meaning = "moving mass"
 """
 
 
 def test_a_table_of_ones_own_is_read(tmp_path):
     path = tmp_path / "own.toml"
-    path.write_text(ROW + 'weights = [1, 2.0]\nunit = "kg"\nsource = "a scale"\n')
-    (row,) = table.read(path)
-    assert row.parts == (("blade.mass", 1), ("load.mass", 2.0)) and row.kind == FACTOR
-    assert (row.low, row.high, row.unit, row.source) == (0.9, 1.1, "kg", "a scale")
-    assert row.stage == ""
+    path.write_text(ROW + 'weights = [1, 2.0]\nsource = "a scale"\n')
+    (row,) = table.read(path, BASE)
+    assert row.parts == (("bench.carriage.mass", 1), ("bench.wire.creep", 2.0))
+    assert (row.kind, row.low, row.high, row.unit) == (FACTOR, 0.9, 1.1, "")
+    assert (row.source, row.stage) == ("a scale", "")
     path.write_text(ROW)
-    assert table.read(path)[0].parts == (("blade.mass", 1.0), ("load.mass", 1.0))
+    assert table.read(path, BASE)[0].parts[1] == ("bench.wire.creep", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "low", "high", "found"),
+    [
+        ("value", "bench.carriage.mass", '"500 g"', '"1 kg"', (0.5, 1.0, "kg")),
+        ("shift", "bench.thermal.ambient", '"-5 K"', '"5 K"', (-5.0, 5.0, "K")),
+        ("shift", "bench.friction.coulomb", '"-500 mN"', '"1 N"', (-0.5, 1.0, "N")),
+    ],
+)
+def test_a_range_is_read_in_the_unit_of_its_parameter(tmp_path, kind, path, low, high, found):
+    file = tmp_path / "own.toml"
+    text = f"paths = ['{path}']\nkind = '{kind}'\nlow = {low}\nhigh = {high}\n"
+    file.write_text(f"[[quantity]]\nname = 'a'\nmeaning = 'b'\n{text}")
+    (row,) = table.read(file, BASE)
+    assert (row.low, row.high, row.unit) == found
 
 
 @pytest.mark.parametrize(
@@ -72,22 +90,23 @@ def test_a_table_of_ones_own_is_read(tmp_path):
     [
         (("[[quantity]]", "[quantity]"), "own.toml, quantity: "),
         ((ROW, "quantity = []"), "own.toml, quantity: '[]'; accepted: one table"),
-        (("[0.9, 1.1]", '[0.9, "1.1"]'), "quantity 1, range: "),
-        (("[0.9, 1.1]", "2.0"), "quantity 1, range: '2.0'"),
+        (("0.9", '"0.9 kg"'), "quantity 1, low: '0.9 kg'; accepted: a plain number"),
         (("[[quantity]]", "[[other]]"), "own.toml, quantity: 'None'; accepted: one table"),
         (('name = "mass"\n', ""), "quantity 1, name: 'None'; accepted: text"),
-        (('"factor"', '"product"'), "quantity 1, kind: 'product'; accepted: factor, shift"),
-        (("[0.9, 1.1]", "[1.1, 0.9]"), "quantity 1, range: '[1.1, 0.9]'"),
-        (("[0.9, 1.1]", "[0.9, 1.0, 1.1]"), "quantity 1, range"),
-        (("[0.9, 1.1]", '"wide"'), "quantity 1, range: 'wide'; accepted: the lower"),
-        (('["blade.mass", "load.mass"]', "[]"), "quantity 1, paths: '[]'"),
-        (("meaning", "meanin"), "quantity 1, meanin: unknown key. Use one of name"),
-        (("range =", "weights = [1.0]\nrange ="), "quantity 1, weights: 1; accepted: 2, one"),
+        (('"factor"', '"product"'), "quantity 1, kind: 'product'; accepted: one of value, factor"),
+        (('"factor"', '"value"'), "quantity 1, low: '0.9'; accepted: a finite number and its unit"),
+        (("1.1", "0.8"), "quantity 1, high: '0.8'; accepted: more than low (0.9)"),
+        (("high = 1.1\n", ""), "quantity 1, high: missing"),
+        (("low = 0.9\nhigh = 1.1", "range = [0.9, 1.1]"), "quantity 1, range: unknown key"),
+        (('"bench.carriage.mass", "bench.wire.creep"', ""), "quantity 1, paths: '[]'"),
+        (("carriage.mass", "carriage.mas"), "paths: 'bench.carriage.mas'; accepted: a known one"),
+        (("meaning", "meanin"), "quantity 1, meanin: unknown key. Accepted: "),
+        (("low =", "weights = [1.0]\nlow ="), "quantity 1, weights: 1; accepted: 2, one"),
     ],
 )
 def test_a_slip_in_a_table_is_named(tmp_path, change, words):
     path = tmp_path / "own.toml"
     path.write_text(ROW.replace(*change))
     with pytest.raises(InputError) as refused:
-        table.read(path)
+        table.read(path, BASE)
     assert words in str(refused.value)

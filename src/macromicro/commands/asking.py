@@ -6,12 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from macromicro.errors import ProblemError
-from macromicro.programme import MACRO, MICRO
-from macromicro.rig.session import Fixture
-from macromicro.runs.job import Job
 
 OPTION = "--yes"
 
@@ -35,33 +30,7 @@ def agreed(lines: list[str], where: str, *, yes: bool) -> None:
         raise ProblemError(where, "not confirmed", f"Answer y, or add {OPTION}.")
 
 
-def before(job: Job, yes: bool) -> None:
-    if isinstance(job.source, Fixture):
-        agreed(said(job, job.source), f"--rig {job.source.name}", yes=yes)
-
-
-def before_one(job: Any, yes: bool) -> None:
-    """Ask before a run of a machine of one stage or of several, unless `yes`."""
-    from macromicro.machines import on_rig
-
-    if job.source is None:
-        return
-    what = (job.machine, job.settings, job.plan, job.programme.title)
-    agreed(on_rig.said(*what, job.source, job.expected), f"--rig {job.request.rig}", yes=yes)
-
-
-def said(job: Job, rig: Fixture) -> list[str]:
-    control, pitch = job.settings.controller, job.settings.sensors.encoder.pitch
-    stage, target = job.programme.stage, job.programme.target
-    lines = [f"{rig.name}, {job.programme.title or 'a programme'}, about {job.expected:.0f} s:"]
-    if rig.has("encoder"):
-        lines.append(f"  first the macro-stage to 0 counts, at up to {control.motor_limit:g} V")
-    for which, name, scale, limit in (
-        (MACRO, "macro", 1e3 * pitch, f"motor up to {control.motor_limit:g} V"),
-        (MICRO, "micro", 1e3, f"CTRL up to {control.ctrl_limit:g} V"),
-    ):
-        ways = target[stage == which] * scale
-        if len(ways):
-            reach = f"from {np.min(ways):.6g} to {np.max(ways):.6g} mm"
-            lines.append(f"  {name}-stage: {len(ways)} set points {reach}, {limit}")
-    return lines
+def before(job: Any, yes: bool) -> None:
+    """Ask before a run on the user's rig."""
+    if lines := job.intent():
+        agreed(lines, f"--rig {job.request.rig}", yes=yes)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from macromicro.commands.options import Calibration, Loop, Overwrite, Port, Rig, Seed, folder_option
 from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.commands._experiments import Experiment
 
 
 def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
@@ -46,51 +49,43 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     `identify` reads these files.
     """
+    from macromicro.commands import _experiments
     from macromicro.rig.board.named import joined
-    from macromicro.rig.opening import TWIN, open_rig
     from macromicro.runs import folder
-    from macromicro.runs.folder import held
     from macromicro.schema import keys
-    from macromicro.schema.config import load_overrides
-    from macromicro.settings import Settings
-    from macromicro.thesis import collecting
-    from macromicro.thesis.procedure import Lab
 
-    rig = joined(rig, port, loop, calibration)
-    from macromicro.commands import machine_run
-
-    if config is not None and not machine_run.is_two_stage(config):
-        from macromicro.commands import _machine_records
-
-        asked = _machine_records.Asked(config, rig, seed, out, overwrite)
-        _machine_records.listed(config) if listed else _machine_records.collect(experiment, asked)
-        return
     if listed:
-        for one in collecting.PROCEDURES:
-            then = one.then.replace("{out}", str(Path("results") / one.name))
-            print(f"{one.name:16}{one.gives}\n{'':16}needs: {one.needs}\n{'':16}then: {then}")
+        print(*_experiments.listed(config), sep="\n")
         return
-    procedure = collecting.find(experiment or "")
     keys.seed(seed, "--seed")
-    settings = Settings() if config is None else load_overrides(config, Settings())
-    rigs = () if rig == TWIN else (open_rig(rig, seed, limits=settings.guard),)
-    lab = Lab(settings, seed, rigs)
-    lab.check(procedure)
-    place = folder.chosen(out, Path("results") / procedure.name, overwrite=overwrite)
-    folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())
-    where = "the twin" if rig == TWIN else rig
-    print(f"collecting {procedure.name} on {where}", file=sys.stderr)
-    with Signals() as signals, held(place, overwrite=overwrite, names=()):
-        recordings = collecting.checked(procedure.collect(lab), procedure.name)
-        signals.later()
-        with folder.staged(place) as stage:
-            for name, recording in recordings.items():
-                recording.save(stage / f"{name}.h5")
+    asked = _experiments.Asked(config, joined(rig, port, loop, calibration), seed)
+    found = _experiments.find(experiment or "", asked)
+    place = folder.chosen(out, Path("results") / found.name, overwrite=overwrite)
+    for one in found.each:
+        folder.check(place / one.stage, one.size, overwrite=overwrite, names=())
+    with Signals() as signals:
+        for one in found.each:
+            print(f"collecting {found.name} on {one.where}", file=sys.stderr)
+            with folder.held(place / one.stage, overwrite=overwrite, names=()):
+                _collect(one, place / one.stage, signals)
+            if found.then:
+                print(f"then: {_experiments.following(found.then, place / one.stage)}")
+    if signals.received:
+        raise typer.Exit(signals.status)
+
+
+def _collect(one: Experiment, place: Path, signals: Signals) -> None:
+    from macromicro.runs import folder
+
+    try:
+        recordings = one.collect(signals)
+    except KeyboardInterrupt:
+        print("macromicro: interrupted; nothing written", file=sys.stderr)
+        raise typer.Exit(signals.status or 130) from None
+    with folder.staged(place) as stage:
+        for name, recording in recordings.items():
+            recording.save(stage / f"{name}.h5")
     for name, recording in recordings.items():
         count = int(recording["run"][-1]) if "run" in recording else 1
         runs = "1 run" if count == 1 else f"{count} runs"
         print(f"{place / name}.h5: {runs}, {len(recording)} rows of {recording.dt:g} s")
-    if procedure.then:
-        print(f"then: {procedure.then.replace('{out}', str(place))}")
-    if signals.received:
-        raise typer.Exit(signals.status)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from typer import BadParameter
 from typer.core import TyperGroup
@@ -13,14 +13,13 @@ from typer.core import TyperGroup
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
 
-if TYPE_CHECKING:
-    from macromicro.control.settings import Control
 
-
-def tell(controller: Control) -> None:
+def tell(chosen: Any) -> None:
+    """Remark on a law in plain Python of the two-stage machine."""
     from macromicro.control import settings
 
-    if not settings.prepare(controller).compiles:
+    controller = getattr(chosen, "controller", None)  # none of several stages
+    if isinstance(controller, settings.Control) and not settings.prepare(controller).compiles:
         words = "is plain Python: it runs interpreted, slower; `start` and `step` under @kernel"
         print(f"{controller.macro_law} {words} are compiled", file=sys.stderr)
 

@@ -90,7 +90,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
         raise ProblemError(f"--rig {rig}", "learning needs a machine that moves, not a recording")
     asking.before(job, yes)
     with held(folder, overwrite=overwrite), Signals() as signals:
-        tell(job.settings.controller)
+        tell(job.settings)
         signals.later()
         found = _learned(job, repeats, behind, signals)
         text = corrected(programme, found.programme)

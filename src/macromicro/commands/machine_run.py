@@ -8,20 +8,6 @@ from typing import Any
 from macromicro.errors import InputError, ProblemError
 
 
-def is_two_stage(config: Path | None) -> bool:
-    """Whether a settings file, or none, is for the two-stage machine."""
-    if config is None:  # what no file names needs no look at the machines
-        return True
-    from macromicro.machines import compositions
-
-    return compositions.is_two_stage(config)
-
-
-def refuse(*, fan: bool) -> None:
-    if fan:
-        raise ProblemError("--fan", "this machine has no fan")
-
-
 def show(name: str | None, key: str | None, law: str | None, config: Path | None = None) -> None:
     """Print a machine's default settings, or those of a file with the values derived from them."""
     from macromicro.machines import compositions
@@ -37,11 +23,8 @@ def show(name: str | None, key: str | None, law: str | None, config: Path | None
 
 
 def _print(made: Any, settings: Any, key: str | None) -> None:
-    from macromicro.machines.composition import TURNS
-
     text = made.as_toml(settings, key)
-    if made.family != TURNS:
-        _warn(settings, key)
+    _warn(settings, key)
     print(text, end="")
 
 

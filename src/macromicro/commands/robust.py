@@ -83,15 +83,12 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.robustness.request import ready
     from macromicro.runs import folder
     from macromicro.runs.folder import held
-    from macromicro.settings import Settings
 
     kinds = formats(figures)
     found = ready(config, programme, law, workers, fan=fan, variants=variants)
-    if isinstance(found.settings, Settings):
-        tell(found.settings.controller)
-    else:
-        for each in doubts.found(found.settings):
-            print(f"macromicro: warning: {each.text}", file=sys.stderr)
+    tell(found.settings)
+    for each in doubts.found(found.settings):
+        print(f"macromicro: warning: {each.text}", file=sys.stderr)
     request = found.request(samples, seed, requirements)
     place = folder.chosen(out, Path("results") / f"robust-{found.place}", overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)

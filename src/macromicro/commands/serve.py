@@ -116,8 +116,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     chosen = load(config, law)
     _check(chosen.rigs(rig), {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
     doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
-    if isinstance(chosen.controller, Control):
-        tell(chosen.controller)
+    tell(chosen)
     if state is not None:
         storage.check_state(state)
     else:

@@ -88,12 +88,10 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
 def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
-    from macromicro.settings import Settings
     from macromicro.sweeps import run
 
     ready = run.check(request)
-    if isinstance(ready.base, Settings):
-        tell(ready.base.controller)
+    tell(ready.base)
     signals.later()
     with progress(ready.spec.job, "variants") as pace:
         outcome = run.execute(

@@ -80,7 +80,6 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     """
     from macromicro.drawing.files import formats
     from macromicro.runs import folder
-    from macromicro.settings import Settings
     from macromicro.tuning import files
     from macromicro.tuning.request import Request, ready
 
@@ -90,8 +89,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         _penalties(penalty or []),
     )  # fmt: skip
     found = ready(asked)
-    if isinstance(found.subject.start, Settings):
-        tell(found.subject.start.controller)
+    tell(found.subject.start)
     name = stage or (config.stem if config else "")
     place = folder.chosen(out, Path("results") / f"tune-{name}", overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)

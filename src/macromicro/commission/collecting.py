@@ -88,7 +88,7 @@ class Procedure(NamedTuple):
     # runs it; asks whether somebody wants it to end
     collect: Callable[[Given, Callable[[], bool]], Recording]
     gives: str  # meaning of the record
-    then: str  # next command, with {file}
+    then: str  # next command; {out} is the folder of the recording
 
 
 def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
@@ -210,21 +210,21 @@ PROCEDURES = (
         ("axis", "rotary"),
         strokes,
         "strokes both ways at five levels of the effort, within the travel",
-        "macromicro identify drive {file}",
+        "macromicro identify drive {out}/drive.h5",
     ),
     Procedure(
         "plays",
         ("piezo",),
         ramps,
         "slow ramps of the voltage, a large loop and minor ones",
-        "macromicro identify plays {file}",
+        "macromicro identify plays {out}/plays.h5",
     ),
     Procedure(
         "curves",
         ("wire",),
         curves,
         "slow ramps of the effort, first-order reversal curves of the contraction",
-        "macromicro identify hysteresis {file} --shape nonnegative",
+        "macromicro identify hysteresis {out}/curves.h5 --shape nonnegative",
     ),
 )
 

@@ -63,9 +63,9 @@ def _of(tree: Any, rules: tuple[tuple[str, Callable[[Any], str]], ...]) -> list[
     derived, known = dict(tree.derived()), {e.path: e.par for e in entries(tree)}
     doubts = []
     for path, rule in rules:
-        value = value_at(tree, path)
         if path not in derived or is_given(tree, path):
             continue
+        value = value_at(tree, path)
         if value == derived[path](tree) and (reason := rule(tree)):
             doubts.append(Doubt(path, known[path].spoken(value, 4), reason))
     return doubts

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.drawing import files
+from macromicro.errors import ProblemError
 from macromicro.machines import (
     composite,
     compositions,
@@ -20,25 +21,14 @@ from macromicro.machines import (
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.recording import Recording, needed_bytes
 from macromicro.rig.faults import Fault
-from macromicro.rig.opening import TWIN
 from macromicro.rig.session import Fixture
 from macromicro.runs import folder
+from macromicro.runs import job as two_stage
+from macromicro.runs.job import Request
 from macromicro.schema import keys
 
 FIGURES = ("response", "moves")  # of a machine of one stage
 PATH_FIGURES = ("path", "axes")  # of one of several
-
-
-class Request(NamedTuple):
-    config: Path  # file of settings, which names the machine
-    programme: str | None = None  # A file or an example's name; None for the machine's usual moves
-    out: Path | None = None
-    cycles: int = 1
-    seed: int = 0  # seed of the sensor's noise
-    overwrite: bool = False  # whether files may be replaced
-    figures: tuple[str, ...] = files.DEFAULT
-    law: str | None = None  # instead of the one that the file names
-    rig: str = TWIN  # the simulated machine, or the name of a rig
 
 
 class Job(NamedTuple):
@@ -64,6 +54,37 @@ class Job(NamedTuple):
         """Files that it may write."""
         return file_names(self.machine)
 
+    @property
+    def waits(self) -> bool:
+        """Whether the run needs the compiled machine; on a rig its period runs interpreted."""
+        return self.source is None and not runs.runs_interpreted(*self._simulated)
+
+    @property
+    def _simulated(self) -> tuple[Any, Any, Any]:
+        return self.machine, self.settings, self.plan
+
+    def is_compiled(self) -> bool:
+        return runs.is_compiled()
+
+    def compile(self) -> None:
+        runs.compile_machine(*self._simulated)
+
+    def execute(self, progress: Callable[[float, int], None] | None = None) -> Ended:
+        return execute(self, progress)
+
+    def intent(self) -> list[str]:
+        """What will move on the user's rig, how far and how hard."""
+        if self.source is None:
+            return []
+        return on_rig.said(*self._simulated, self.programme.title, self.source, self.expected)
+
+    def notices(self) -> list[str]:
+        """Remarks before the run."""
+        return []
+
+    def move(self, k: int) -> str:
+        return f"move {k + 1}"
+
 
 class Ended(NamedTuple):
     job: Job
@@ -80,8 +101,18 @@ def file_names(machine: AnyMachine) -> tuple[str, ...]:
     return (folder.RECORDING, folder.SUMMARY, folder.PAGE, *files.names(drawn))
 
 
+def of_any(request: Request) -> Any:
+    """The checked run of the machine that a settings file, or none, is for."""
+    if compositions.is_two_stage(request.config):
+        return two_stage.check(request)
+    return check(request)
+
+
 def check(request: Request) -> Job:
     """Check everything before anything is written or computed."""
+    assert request.config is not None  # which names the machine
+    if request.fan:
+        raise ProblemError("--fan", "this machine has no fan")
     machine, settings = compositions.load(request.config, request.law)
     programme = programmes.chosen(machine, settings, request.programme)
     name = Path(request.programme or request.config).stem

@@ -9,7 +9,7 @@ from macromicro.report.run import amount
 from macromicro.schema.par import NO_UNIT
 
 COLUMNS = ("column", "unit", "RMS difference", "largest", "at")
-HEADINGS = ("#", "stage", "target", "settling", "by", "final error", "by", "overshoot", "by")
+HEADINGS = ("#", "stage", "target", "settling", "by", "error at rest", "by", "overshoot", "by")
 
 
 def table(found: Comparison) -> list[tuple[str, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -22,42 +22,19 @@ from macromicro.schema.par import entries
 from macromicro.units import printed
 
 _ONE = (
-    "#", "stage", "target", "arrival", "profile", "peak error", "true peak", "rms error",
-    "overshoot", "error at rest", "true error",
+    *run.MOVE, "profile", run.PEAK, "true peak", "rms error", run.OVERSHOOT, run.REST, run.TRUE,
 )  # fmt: skip
+_LEG = ("#", "move", *run.MOVE[2:], "profile")
 _PLANE = (
-    "#", "move", "target", "arrival", "profile", "contour rms", "contour peak", "true contour",
-    "peak error x", "peak error y", "true error",
+    *_LEG, "contour rms", "contour peak", "true contour", f"{run.PEAK} x",
+    f"{run.PEAK} y", run.TRUE,
 )  # fmt: skip
 RATES = ("m/s", "m/s^2", "m/s^3")  # units of the motion's limits, on a slide
 _GAINS = 4  # that a line tells; the page has all
-_OF_ONE = (
-    "Arrival runs from the move's start until the reading stays within the tolerance. Peak and "
-    "rms error are the distance of the reading from the set point during the profile, the "
-    "true peak is that of the load's true position. The error at rest is the target minus the mean "
-    "reading over the hold's last 0.1 s; the true error is the same for the true position. True "
-    "values exist only in simulation."
-)
-_OF_PLANE = (
-    "Arrival runs from the move's start until both axes stay within their tolerances. The contour "
-    "error is the distance of the encoders' position from the path during the profile; "
-    "the true contour is the largest one of the true position, which includes the squareness "
-    "of the axes. Peak errors are distances from each axis' set point. The true error is the "
-    "distance of the true position from the target over the hold's last 0.1 s. No controller reads "
-    "true values."
-)
-_OF_SEVERAL = (
-    "Arrival runs from the move's start until all stages stay within their tolerances. Peak errors "
-    "are distances of the readings from the set points during the profile; the error at rest is "
-    "the target minus the mean reading over the hold's last 0.1 s."
-)
 
 
 def report(ended: Ended, started: str) -> RunReport:
     job, machine = ended.job, ended.job.machine
-    footnote = _OF_ONE
-    if isinstance(machine, Composite):
-        footnote = _OF_PLANE if machine.has_plane else _OF_SEVERAL
     return RunReport(
         opening=f"{run.cycles(job.request.cycles)} on the machine {machine.name} "
         f"({machine.title}), simulated, {run.origin(job.request.seed, started)}",
@@ -66,7 +43,7 @@ def report(ended: Ended, started: str) -> RunReport:
         remarks=remarks(ended),
         verdict=verdict(ended),
         problems=problems(ended),
-        footnote=footnote,
+        footnote=run.footnote(headings(ended)),
         settings=as_toml(machine, job.settings),
         summary=summary(ended, started),
     )
@@ -89,8 +66,8 @@ def headings(ended: Ended) -> tuple[str, ...]:
     if machine.has_plane:
         return _PLANE
     names = composite.names(machine)
-    errors = [f"{what} {name}" for name in names for what in ("peak error", "error at rest")]
-    return ("#", "move", "target", "arrival", "profile", *errors)
+    errors = [f"{what} {name}" for name in names for what in (run.PEAK, run.REST)]
+    return (*_LEG, *errors)
 
 
 def table(ended: Ended) -> list[Line]:
@@ -98,24 +75,19 @@ def table(ended: Ended) -> list[Line]:
     if not isinstance(machine, Composite):
         return _table_of_one(ended)
     return [
-        Line(
-            (
-                str(m.move + 1),
-                m.name,
-                _target(ended, m),
-                _arrival(m),
-                f"{m.profile_s:.3f} s",
-                *(_plane_errors(m) if machine.has_plane else _stage_errors(ended, m)),
-            ),
-            m.arrived_s is not None,
+        _line(
+            m,
+            m.name,
+            _target(ended, m),
+            _plane_errors(m) if machine.has_plane else _stage_errors(ended, m),
         )
         for m in ended.moves
     ]
 
 
-def _arrival(m: Any) -> str:
-    lost = "did not arrive" if m.complete else "cut short"
-    return lost if m.arrived_s is None else f"{m.arrived_s:.3f} s"
+def _line(m: Any, stage: str, target: str, errors: Iterable[str]) -> Line:
+    cells = (f"{m.profile_s:.3f} s", *errors)
+    return run.line(m.move + 1, stage, target, m.arrived_s, m.complete, cells)
 
 
 def _table_of_one(ended: Ended) -> list[Line]:
@@ -126,12 +98,7 @@ def _table_of_one(ended: Ended) -> list[Line]:
     fine = ended.job.settings.arrival.tolerance < place.smallest
     unit, scale = (place.finest, 1e6) if fine else (place.fine, 1e3)
     for m in ended.moves:
-        cells = (
-            str(m.move + 1),
-            kind.name,
-            f"{m.target:.6g} {place.unit}",
-            _arrival(m),
-            f"{m.profile_s:.3f} s",
+        errors = (
             *(
                 amount(None if x is None else x * scale, 1, unit)
                 for x in (m.peak_error, m.true_peak_error, m.rms_error)
@@ -141,7 +108,7 @@ def _table_of_one(ended: Ended) -> list[Line]:
                 for x in (m.overshoot, m.rest_error, m.true_error)
             ),
         )
-        lines.append(Line(cells, m.arrived_s is not None))
+        lines.append(_line(m, kind.name, f"{m.target:.6g} {place.unit}", errors))
     return lines
 
 

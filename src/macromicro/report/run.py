@@ -19,6 +19,25 @@ NONE = "-"
 CAPTIONS = captions(Path(__file__).with_name("figures.toml"))
 
 
+MOVE = ("#", "stage", "target", "arrival")  # columns of every table of moves
+PEAK, REST, TRUE, OVERSHOOT = "peak error", "error at rest", "true error", "overshoot"
+_MEANINGS = {  # of columns, by the begin of their headings
+    "arrival": "Arrival runs from the move's start until the readings of its stages stay within "
+    "their tolerance or band.",
+    PEAK: "Peak and rms errors are distances of the reading from the set point during the profile, "
+    "true peaks those of the load's true position.",
+    "contour": "The contour error is the distance of the encoders' position from the path during "
+    "the profile; the true contour is the largest one of the true position, which includes the "
+    "squareness of the axes.",
+    REST: "The error at rest is the target minus the mean reading over the last 0.1 s of the hold, "
+    "0.5 s on the two-stage machine.",
+    "Hall": "Arrival and error at rest of a micro move are by the laser, the arrival without a "
+    "laser by the Hall sensor. Integral action makes the Hall error zero by construction.",
+    TRUE: "The true error is that of the true position at the end of the hold, which only a "
+    "simulation knows and no controller reads.",
+}
+
+
 class Line(NamedTuple):
     cells: tuple[str, ...]  # text with units, in the order of the headings
     arrived: bool  # whether the move got there
@@ -41,6 +60,21 @@ class RunReport(NamedTuple):
 def amount(value: float | None, digits: int, unit: str) -> str:
     # Rounded first, so that no "-0.0" appears.
     return NONE if value is None else f"{round(value, digits) + 0.0:.{digits}f} {unit}"
+
+
+def line(
+    number: int, stage: str, target: str, took: float | None, complete: bool, cells: Iterable[str]
+) -> Line:
+    """A row of the table; `took` is the time from the move's start to its arrival, s."""
+    lost = "did not arrive" if complete else "cut short"
+    arrival = lost if took is None else f"{took:.3f} s"
+    return Line((str(number), stage, target, arrival, *cells), took is not None)
+
+
+def footnote(headings: Sequence[str]) -> str:
+    """How the columns of a table are meant."""
+    found = [t for key, t in _MEANINGS.items() if any(h.startswith(key) for h in headings)]
+    return " ".join(found)
 
 
 def cycles(count: int) -> str:

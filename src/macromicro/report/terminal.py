@@ -5,17 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from macromicro.drawing.console import progress_bar, terminal
-from macromicro.programme import MACRO
 from macromicro.report import _comparison_words
 from macromicro.report.comparison import Comparison
 from macromicro.report.run import RunReport
 from macromicro.runs import folder
-from macromicro.runs.job import Job
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,7 +21,7 @@ Report = Callable[[float, int], None]
 _NARROW = 100
 # Broken so that the table fits into 80 columns.
 _BROKEN = {
-    "final error": "final\nerror",
+    "error at rest": "error\nat rest",
     "overshoot": "over-\nshoot",
     "Hall error": "Hall\nerror",
     "true error": "true\nerror",
@@ -33,8 +30,7 @@ _BROKEN = {
 
 def progress(job: Any) -> AbstractContextManager[Report]:
     """The bar of a run."""
-    name = partial(_move, job) if isinstance(job, Job) else lambda k: f"move {k + 1}"
-    return bar(job.programme.title, job.expected, name)
+    return bar(job.programme.title, job.expected, job.move)
 
 
 @contextmanager
@@ -52,20 +48,6 @@ def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Re
             shown.update(task, completed=t, total=longest, description=words(move))
 
         yield report
-
-
-def _move(job: Job, k: int) -> str:
-    """A move in words, "move 3 of 40: micro to 3 mm"; only the position within a profile."""
-    programme = job.programme
-    if not 0 <= k < len(programme.target):
-        return ""
-    macro = programme.stage[k] == MACRO
-    metres = programme.target[k] * (job.settings.sensors.encoder.pitch if macro else 1.0)
-    name = "macro" if macro else "micro"
-    if programme.profiles and not (programme.mixed and programme.moves[k]):
-        return f"{name} at {metres * 1e3:.3f} mm"
-    number, last = (int(programme.numbers[i]) for i in (k, -1))
-    return f"move {number} of {last}: {name} to {metres * 1e3:g} mm"
 
 
 def show(report: RunReport, out: Path) -> None:

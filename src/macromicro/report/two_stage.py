@@ -15,17 +15,8 @@ from macromicro.runs.arrivals import Rest
 from macromicro.runs.job import Ended
 from macromicro.schema import config
 
-HEADINGS = (
-    "#", "stage", "target", "arrival", "settling", "band", "final error", "overshoot",
-    "Hall error", "true error",
-)  # fmt: skip
+HEADINGS = (*run.MOVE, "band", run.REST, run.OVERSHOOT, "Hall error", run.TRUE)
 _FEW = 10  # lines of profiles
-_FOOTNOTE = """\
-Settling runs from the move's start until the error stays within the band, by the
-encoder (macro) or the laser (micro). The final error is the target minus the mean reading over
-the hold's last 0.5 s. Integral action makes the Hall error of a micro move zero by construction;
-the laser and the bench's truth are independent. Without a laser the Hall sensor detects the arrival
-of a micro move."""
 
 
 def report(ended: Ended, started: str) -> RunReport:
@@ -38,7 +29,7 @@ def report(ended: Ended, started: str) -> RunReport:
         remarks=remarks(ended),
         verdict=verdict(ended),
         problems=problems(ended),
-        footnote=_FOOTNOTE,
+        footnote=run.footnote(HEADINGS),
         settings=config.as_toml(ended.job.settings),
         summary=summary(ended, started),
     )
@@ -63,20 +54,15 @@ def table(ended: Ended) -> list[Line]:
 
 def _line(m: MoveResult, number: int) -> Line:
     digits = 3 if m.unit == "mm" else 1
-    cut = "cut short" if not m.complete else "did not arrive"
     cells = (
-        str(number),
-        m.stage,
-        f"{m.target:.6g} {m.unit}",
-        cut if m.arrived_s is None else f"{m.arrived_s:.2f} s",
-        run.NONE if m.settling_s is None else f"{m.settling_s:.3f} s",
         f"±{m.band:.2g} {m.unit}",
-        amount(m.final_error, digits, m.unit),
-        amount(m.overshoot, digits, m.unit),
-        amount(m.hall_error, digits, m.unit),
-        amount(m.true_error, digits, m.unit),
+        *(
+            amount(value, digits, m.unit)
+            for value in (m.final_error, m.overshoot, m.hall_error, m.true_error)
+        ),
     )
-    return Line(cells, m.arrived_s is not None)
+    target = f"{m.target:.6g} {m.unit}"
+    return run.line(number, m.stage, target, m.settling_s, m.complete, cells)
 
 
 def _rests(ended: Ended) -> list[Rest]:

@@ -18,7 +18,8 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
 from macromicro.robustness._findings import Influence, overall, strongest, yields
 from macromicro.robustness.study import Study
-from macromicro.uncertainty.table import FACTOR, Uncertain
+from macromicro.uncertainty.ranges import FACTOR
+from macromicro.uncertainty.table import Uncertain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -24,9 +24,7 @@ from macromicro.machines.tree import OWN
 from macromicro.machines.trial import trials
 from macromicro.robustness.requirements import NO_FAULT, Requirement
 from macromicro.robustness.study import Subject
-from macromicro.schema.keys import nearest
-from macromicro.schema.par import entries, value_at
-from macromicro.schema.text import printable
+from macromicro.schema.par import value_at
 from macromicro.uncertainty.table import Uncertain, read
 
 MOST_DRAWN = 6  # metrics
@@ -45,7 +43,7 @@ def uncertain(machine: AnyMachine, settings: Any) -> tuple[Uncertain, ...]:
             rows.append(row._replace(name=f"{name}_{row.name}", parts=parts, meaning=meaning))
     stack = getattr(settings, "stack", None)
     alone = stack is not None and stack.carries == NOTHING
-    shared = () if machine.spread is None else read(machine.spread)
+    shared = () if machine.spread is None else read(machine.spread, settings)
     return (*rows, *(row for row in shared if not (alone and row.name == "body")))
 
 
@@ -55,13 +53,7 @@ def _of_stage(machine: Machine, settings: Any) -> tuple[Uncertain, ...]:
             "--config",
             f"the machine {machine.name} has no table of uncertain parameters (`spread`)",
         )
-    rows = read(machine.spread)
-    known = {e.path for e in entries(settings) if e.number}
-    for row in rows:
-        for path, _ in row.parts:
-            if path not in known:
-                where = f"{printable(machine.spread, 300)}, {row.name}, {printable(path)}"
-                raise ProblemError(where, "unknown key", f"Accepted: {nearest(path, known)}.")
+    rows = read(machine.spread, settings)
     return tuple(r for r in rows if any(value_at(settings, path) != 0.0 for path, _ in r.parts))
 
 

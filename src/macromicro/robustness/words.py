@@ -10,7 +10,8 @@ import numpy as np
 from macromicro.robustness._findings import Influence, Worst, Yield, influences, yields
 from macromicro.robustness.statistics import LEVELS, Rank, Share, spread
 from macromicro.robustness.study import Study
-from macromicro.uncertainty.table import FACTOR, VALUE, Uncertain
+from macromicro.uncertainty.ranges import FACTOR, VALUE
+from macromicro.uncertainty.table import Uncertain
 
 YIELD_HEADINGS = ("requirement", "limit", "nominal", "met", "yield", "95 % interval", "where known")
 

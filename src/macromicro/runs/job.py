@@ -21,7 +21,7 @@ from macromicro.design.vibration import Vibration, vibration
 from macromicro.drawing import files
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
-from macromicro.programme import Programme
+from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.programme.travel import limits
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording, needed_bytes
@@ -49,7 +49,7 @@ class Request(NamedTuple):
     overwrite: bool = False  # whether files may be replaced
     rig: str = TWIN  # the twin, MODULE:FACTORY of a rig, or replay:FILE for its sensors
     figures: tuple[str, ...] = files.DEFAULT  # formats of the figures
-    law: str | None = None  # the macro-stage's; None for that of the settings
+    law: str | None = None  # instead of the one that the settings name
 
 
 class Job(NamedTuple):
@@ -68,6 +68,63 @@ class Job(NamedTuple):
     def names(self) -> tuple[str, ...]:
         """Files that it may write."""
         return folder.FILES
+
+    @property
+    def waits(self) -> bool:
+        """Whether the run needs the compiled bench."""
+        return self.source is None and not simulate.runs_interpreted(*self._simulated)
+
+    @property
+    def _simulated(self) -> tuple[Settings, Programme, bool]:
+        return self.settings, self.programme, self.request.fan
+
+    def is_compiled(self) -> bool:
+        return simulate.is_compiled()
+
+    def compile(self) -> None:
+        simulate.compile_bench(*self._simulated)
+
+    def execute(self, progress: Callable[[float, int], None] | None = None) -> Ended:
+        return execute(self, progress)
+
+    def intent(self) -> list[str]:
+        """What will move on the user's rig, how far and how hard."""
+        if not isinstance(self.source, Fixture):
+            return []
+        control, pitch = self.settings.controller, self.settings.sensors.encoder.pitch
+        stage, target = self.programme.stage, self.programme.target
+        title = self.programme.title or "a programme"
+        lines = [f"{self.source.name}, {title}, about {self.expected:.0f} s:"]
+        if self.source.has("encoder"):
+            limit = f"{control.motor_limit:g} V"
+            lines.append(f"  first the macro-stage to 0 counts, at up to {limit}")
+        for which, name, scale, limit in (
+            (MACRO, "macro", 1e3 * pitch, f"motor up to {control.motor_limit:g} V"),
+            (MICRO, "micro", 1e3, f"CTRL up to {control.ctrl_limit:g} V"),
+        ):
+            ways = target[stage == which] * scale
+            if len(ways):
+                reach = f"from {np.min(ways):.6g} to {np.max(ways):.6g} mm"
+                lines.append(f"  {name}-stage: {len(ways)} set points {reach}, {limit}")
+        return lines
+
+    def notices(self) -> list[str]:
+        """Remarks before the run."""
+        recalibrating = "another Hall sensor: calibrating it on this bench first"
+        return [recalibrating] if self.recalibrate else []
+
+    def move(self, k: int) -> str:
+        """A move in words, "move 3 of 40: micro to 3 mm"; only the position within a profile."""
+        programme = self.programme
+        if not 0 <= k < len(programme.target):
+            return ""
+        macro = programme.stage[k] == MACRO
+        metres = programme.target[k] * (self.settings.sensors.encoder.pitch if macro else 1.0)
+        name = "macro" if macro else "micro"
+        if programme.profiles and not (programme.mixed and programme.moves[k]):
+            return f"{name} at {metres * 1e3:.3f} mm"
+        number, last = (int(programme.numbers[i]) for i in (k, -1))
+        return f"move {number} of {last}: {name} to {metres * 1e3:g} mm"
 
 
 class Ended(NamedTuple):

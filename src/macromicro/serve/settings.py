@@ -17,7 +17,7 @@ from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
-from macromicro.schema.config import changed_toml
+from macromicro.schema.config import as_toml, changed_toml
 from macromicro.schema.par import Given, Par, entries
 from macromicro.serve import telling
 from macromicro.serve._programmes import TwoStage
@@ -237,6 +237,10 @@ class LiveSettings(NamedTuple):
     def programmes(self) -> TwoStage:
         own = self.controller.macro_law not in macro.NAMES
         return TwoStage(self.live.pitch, rates=own)
+
+    def tables(self, key: str) -> str:
+        """Its tables as TOML: all of a file, or one parameter."""
+        return as_toml(self, key)
 
     def kept_as(self, rig: str) -> str:
         """The machine's identity in the position file."""

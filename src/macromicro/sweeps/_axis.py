@@ -13,11 +13,11 @@ from macromicro.sampling import scaled
 from macromicro.schema.keys import only, unknown, whole
 from macromicro.schema.par import Entry
 from macromicro.schema.text import printable
-from macromicro.units import remedy
+from macromicro.uncertainty import ranges
 
 SCALES = ("linear", "log")
 MAX_LEVELS = 10_000  # the spec travels with every task
-_KEYS = ("value", "values", "low", "high", "steps", "scale")
+_KEYS = ("value", "values", "kind", "low", "high", "steps", "scale")
 
 
 class Axis(NamedTuple):
@@ -70,23 +70,31 @@ def _levels(raw: object, entry: Entry, where: str) -> tuple[float, ...]:
     return tuple(float(entry.read(x, f"{where}, item {i}")) for i, x in enumerate(raw, 1))
 
 
+def _ends(table: dict[str, Any], entry: Entry, where: str) -> tuple[float, float]:
+    """The range of values; factors and shifts are of the value that the settings have."""
+    kind, low, high = ranges.read(table, entry, f"{where}.")
+    now = entry.value
+    if kind == ranges.FACTOR:
+        low, high = sorted((low * now, high * now))
+        if low == high:
+            raise ProblemError(where, "a factor of 0 is 0", "Give low and high as values.")
+    elif kind == ranges.SHIFT:
+        low, high = low + now, high + now
+    for value in (low, high):
+        entry.check(value, where)
+    return low, high
+
+
 def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Axis:
-    ends, par = {}, entry.par
-    for key in ("low", "high"):
-        if key not in table:
-            raise ProblemError(f"{where}.{key}", "missing", f"Give {remedy(par.read_in)}.")
-        ends[key] = float(entry.read(table[key], f"{where}.{key}"))
-    low, high = ends["low"], ends["high"]
-    if not low < high:
-        above = f"more than low ({par.spoken(low)})"
-        raise InputError(f"{where}.high", printable(table["high"]), above)
+    par = entry.par
+    low, high = _ends(table, entry, where)
     scale = table.get("scale", "linear")
     if scale not in SCALES:
         raise InputError(f"{where}.scale", printable(scale), " or ".join(map(repr, SCALES)))
     if scale == "log" and low <= 0.0:
         raise InputError(f"{where}.low", printable(table["low"]), "above zero for scale 'log'")
     if not grid:
-        only(table, ("low", "high", "scale"), where)
+        only(table, ("low", "high", "kind", "scale"), where)
         if isinstance(entry.value, int):
             if scale == "log":
                 accepted = "'linear', as the parameter is a whole number"

@@ -13,7 +13,8 @@ from macromicro.sampling import latin, scaled
 from macromicro.schema import config, keys
 from macromicro.schema.par import changed, entries, value_at
 from macromicro.settings import Settings
-from macromicro.uncertainty.table import FACTOR, SHIFT, VALUE, Uncertain
+from macromicro.uncertainty.ranges import FACTOR, SHIFT, VALUE
+from macromicro.uncertainty.table import Uncertain
 
 LEAST, MOST = 10, 100_000  # machines of a sample
 _ROUNDS = 50

@@ -100,7 +100,7 @@ def test_the_headline_judges_the_true_contour_beside_that_of_the_encoders(
 
 
 def test_the_contour_is_measured_on_the_recording(files):
-    made = job.check(Request(files / "m.toml", str(files / "p.toml"), files / "out"))
+    made = job.check(Request(str(files / "p.toml"), files / "out", files / "m.toml"))
     ended = job.execute(made)
     r, found = ended.recording, ended.moves[1].contour
     part = results.under_way(r, made.plan, 1)
@@ -160,7 +160,7 @@ def test_a_run_stopped_from_outside_keeps_its_recording(files):
     def stop(t, move):
         raise Stop
 
-    asked = job.check(Request(files / "m.toml", out=files / "out", cycles=3))
+    asked = job.check(Request(config=files / "m.toml", out=files / "out", cycles=3))
     with pytest.raises(Stop):
         job.execute(asked, stop)
     kept = Recording.load(files / "out" / folder.RECORDING)
@@ -197,7 +197,7 @@ def test_what_takes_one_stage_says_how_to_get_one_axis(files):
 
 
 def test_the_example_keeps_its_tolerance_with_the_gains_of_its_sheets():
-    made = job.check(Request(EXAMPLE, out=Path("unused")))
+    made = job.check(Request(config=EXAMPLE, out=Path("unused")))
     done = runs.record(made.machine, made.settings, made.plan)
     assert done.outcome.finished and done.outcome.fault is None
     moves = results.of(made.machine, done.recording, made.plan, made.settings)

@@ -95,7 +95,7 @@ def test_both_are_driven_in_step_from_where_they_stand(
     assert "nan" not in capsys.readouterr().out
     mine = Recording.load(lab / "out" / "recording.h5")
     assert mine.attributes["rig"] == "two_mine:x+two_mine:y"
-    twin = job.execute(job.check(job.Request(lab / "m.toml", out=lab / "twin"))).recording
+    twin = job.execute(job.check(job.Request(config=lab / "m.toml", out=lab / "twin"))).recording
     # It begins within the tolerance of 0, not at it: but for that the moves are the twin's.
     assert len(mine) == pytest.approx(len(twin), rel=0.02)
     n = min(len(mine), len(twin))
@@ -173,7 +173,7 @@ def test_drives_with_an_enable_line_are_on_before_the_programme(
 
 
 def test_interrupted_both_are_safe_and_nothing_is_lost(lab: Path) -> None:
-    checked = job.check(job.Request(lab / "m.toml", out=lab / "o", rig="two_mine:x+two_mine:y"))
+    checked = job.check(job.Request(None, lab / "o", lab / "m.toml", rig="two_mine:x+two_mine:y"))
     assert checked.source is not None
     pair = on_rig.opened(checked.source, 0)
     sink, seen = Blocks(), []

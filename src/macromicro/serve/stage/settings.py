@@ -147,6 +147,10 @@ class StageSettings(NamedTuple):
             return SeveralStages(self.machine, self.tree)
         return OneStage(self.tree)
 
+    def tables(self, key: str) -> str:
+        """Its table [serve] as TOML, or one parameter."""
+        return config.as_toml(_Own(self.serve), key)
+
     def kept_as(self, rig: str) -> str:
         """The machine's identity in the position file."""
         known: dict[str, Any] = {}
