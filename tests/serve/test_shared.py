@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from macromicro.control import outside
 from macromicro.place import LENGTH
+from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import (
     COLUMNS,
     STATUS_TURN,
@@ -19,6 +21,7 @@ from macromicro.serve.shared import (
     Status,
     published,
 )
+from tests.control.own_laws import HERE
 
 
 def fill(shared: Shared, first: int, count: int) -> None:
@@ -137,3 +140,14 @@ def test_a_set_point_has_room_for_every_stage() -> None:
     memory.set_point(point, 17)
     assert memory.point(2) == (point, 17) and memory.point(1) is None
     assert memory.status() == before and not memory.histograms.any()
+
+
+def test_another_process_knows_the_columns_of_a_users_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that is handed the settings has not yet looked for their law."""
+    settings = LiveSettings()
+    settings = settings._replace(controller=settings.controller.joined(f"{HERE}:sliding", "law"))
+    names = settings.telemetry.names
+    assert names[-1] == "law_speed"
+    monkeypatch.setattr(outside, "_laws", {})
+    monkeypatch.setattr(outside, "_by_gains", {})
+    assert settings.telemetry.names == names

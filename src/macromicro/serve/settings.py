@@ -201,8 +201,11 @@ class LiveSettings(NamedTuple):
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        own = self.controller.own
-        return outside.columns((own,)) if outside.of(own) else ()
+        name = self.controller.macro_law
+        if name in macro.NAMES:
+            return ()
+        outside.find(name, "controller.macro_law")  # the loop's process has not looked for it yet
+        return outside.columns((self.controller.own,))
 
     @property
     def telemetry(self) -> Telemetry:
