@@ -16,7 +16,6 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "examples.md"
 PICTURES = ROOT / "docs" / "figures" / "examples"
-CURVES = ROOT / "examples" / "data" / "forc" / "hchb_forc"
 HEAD = """\
 # Examples
 
@@ -128,7 +127,7 @@ EXAMPLES = (
     Example(
         "A Preisach density",
         "First-order reversal curves of nanowires (`examples/data/forc`).",
-        ("identify hysteresis hchb_forc --out results/forc",),
+        ("identify hysteresis examples/data/forc/hchb_forc --out results/forc",),
         "forc/density.png",
     ),
     Example(
@@ -214,7 +213,6 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copytree(ROOT / "examples", folder / "examples")
-        shutil.copy(CURVES, folder)
         if "--quick" in sys.argv:
             assert run(EXAMPLES[0], folder).is_file()
             return

@@ -75,6 +75,8 @@ def test_the_wheel_runs_its_examples_in_an_empty_environment(dist: Path, tmp_pat
     scripts = tmp_path / "env" / ("Scripts" if os.name == "nt" else "bin")
     pip = ("-m", "pip", "install", "--quiet", "--no-compile", "-c", ROOT / "constraints.txt")
     done(scripts / "python", *pip, wheel, cwd=tmp_path, PYTHONPATH="")
+    files = (p.lstat() for p in (tmp_path / "env").rglob("*") if p.suffix != ".pyc")
+    assert sum(file.st_size for file in files) < 450e6
 
     def macromicro_(*words: str | Path) -> str:
         # Interpreted: compiling takes longer than the run.
