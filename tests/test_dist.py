@@ -91,6 +91,7 @@ def test_the_wheel_runs_its_examples_in_an_empty_environment(dist: Path, tmp_pat
     (tmp_path / "short.toml").write_text(SHORT)
     macromicro_("run", "short.toml")
     macromicro_("plot", "results/short", "laser")
+    macromicro_("reproduce", "--only", "D9")
     made_up = "from pathlib import Path; from own_csv import write; write(Path('own.csv'))"
     done(scripts / "python", "-c", made_up, cwd=tmp_path, PYTHONPATH="examples")
     macromicro_("identify", "drive", "own.csv", "--columns", "t=clock,u=amplifier,x=scale:mm")
@@ -98,7 +99,12 @@ def test_the_wheel_runs_its_examples_in_an_empty_environment(dist: Path, tmp_pat
         p.relative_to(tmp_path / "results").as_posix()
         for p in (tmp_path / "results").rglob("*.html")
     }
-    assert {"short/report.html", "piezo-100um/report.html", "plot/short.html"} <= made
+    assert {
+        "short/report.html",
+        "piezo-100um/report.html",
+        "plot/short.html",
+        "reproduction/reproduction.html",
+    } <= made
 
 
 def test_the_citation_has_what_its_format_asks_for() -> None:
