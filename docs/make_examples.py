@@ -19,8 +19,9 @@ PICTURES = ROOT / "docs" / "figures" / "examples"
 HEAD = """\
 # Examples
 
-Twenty commands and what they draw. Run them from a folder that holds `examples/` of the repository;
-each writes to `results/`. `docs/make_examples.py` generates this page and its pictures.
+Twenty commands and what they draw. Run them in a folder that contains `examples/`
+(`macromicro examples` copies it); each writes to `results/`. `docs/make_examples.py`
+generates this page and its pictures.
 
 Longer examples are the [tutorials](index.md#tutorials) and notebooks.
 """
