@@ -21,5 +21,5 @@ def require(where: str, package: str, extra: str) -> None:
     try:
         import_module(package)
     except ImportError:
-        problem = f"needs {package}, which is not installed"
+        problem = f"{package} is not installed"
         raise MissingPackageError(where, problem, f"Install it: {remedy(extra)}") from None
