@@ -182,7 +182,7 @@ def one(what: Drawn, tree: Any, seed: int, label: str) -> Tried:
 def told(those: Sequence[Tried]) -> str:
     """What came of random machines of a kind: a table in Markdown."""
     done = [one for one in those if not one.refused]
-    lines = ["| parameter | 95 % interval holds the truth | median error |", "|---|---|---|"]
+    lines = ["| parameter | true value in the interval | median error |", "|---|---|---|"]
     for name in done[0].errors if done else ():
         inside = sum(one.errors[name][1] for one in done)
         off = np.median([one.errors[name][0] for one in done])

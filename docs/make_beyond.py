@@ -195,13 +195,13 @@ def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
                 near = min(least, key=lambda w: abs(w - way))
                 found["the same by the limit"].append(m["near"] / least[near])
                 found["200 mm to the count"].append(m["exact"])
-            found["not in the count at last"].append(float(m["final"] > 0.0))
-            found["counts over"].append(m["over"])
+            found["outside the count at the end"].append(float(m["final"] > 0.0))
+            found["counts beyond the target"].append(m["over"])
         found["swing 0.1 s after, above 40 mm"] += _over(moves, lambda w: w > LONG + 1.0, "swing")
         found["swing 0.1 s after, 1 to 40 mm"] += _over(
             moves, lambda w: SHORT - 0.1 < w < LONG + 1.0, "swing"
         )
-        found["tracking, true place"] += b[law]["tracking"]
+        found["tracking, true position"] += b[law]["tracking"]
     return found
 
 
@@ -210,11 +210,11 @@ TABLE = (
     ("200 mm to 1 count", "s", 3),
     ("the same by the limit", "", 3),
     ("200 mm to the count", "s", 3),
-    ("not in the count at last", "", 3),
-    ("counts over", "counts", 0),
+    ("outside the count at the end", "", 3),
+    ("counts beyond the target", "counts", 0),
     ("swing 0.1 s after, above 40 mm", "um", 1),
     ("swing 0.1 s after, 1 to 40 mm", "um", 1),
-    ("tracking, true place", "counts", 2),
+    ("tracking, true position", "counts", 2),
 )
 
 
@@ -232,7 +232,7 @@ def told(every: list[dict[str, Any]]) -> str:
         for g in GROUPS:
             for law in LAWS:
                 v = columns[g, law][name]
-                if name == "not in the count at last":
+                if name == "outside the count at the end":
                     cells.append(f"{sum(v):.0f} of {len(v)}")
                 else:
                     cells.append(f"{np.nanmedian(v):.{digits}f}, {np.nanmax(v):.{digits}f}")

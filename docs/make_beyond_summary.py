@@ -37,8 +37,9 @@ ROWS = (
     Row("steps of at most 0.1 mm, limit + [ms]", "micro",
         "steps of at most 0.1 mm beyond the limit", 0, "-", "0"),
     Row("200 mm to 1 count / limit", "macro", "the same by the limit", 3, "0.75 s", "1"),
-    Row("moves not in the count at last", "macro", "not in the count at last", 0, "-", "none"),
-    Row("counts over the target", "macro", "counts over", 0, "0", "0"),
+    Row("moves outside the count at the end", "macro",
+        "outside the count at the end", 0, "-", "none"),
+    Row("counts beyond the target", "macro", "counts beyond the target", 0, "0", "0"),
     Row("swing, moves above 40 mm [um]", "macro", "swing 0.1 s after, above 40 mm", 1, "20", "0"),
     Row("swing, moves of 1 to 40 mm [um]", "macro", "swing 0.1 s after, 1 to 40 mm", 1, "20", "0"),
     Row("macro, micro and swing below 2 um [s]", "both", "macro, micro and swing close [s]",
@@ -53,7 +54,7 @@ ROWS = (
         1, "-", "-"),
     Row("0.2 Hz, learned [um]", "micro", "the same at 0.2 Hz, learned in 10 runs", 2, "-", "-"),
     Row("0.5 Hz, learned [um]", "micro", "the same at 0.5 Hz, learned in 10 runs", 2, "-", "-"),
-    Row("macro tracking, RMS [counts]", "macro", "tracking, true place", 2, "-", "0.29"),
+    Row("macro tracking, RMS [counts]", "macro", "tracking, true position", 2, "-", "0.29"),
 )  # fmt: skip
 
 

@@ -37,9 +37,9 @@ LAWS = {
 SHOWN = {
     "macro": (
         ("200 mm to 1 count", "s", 3),
-        ("counts over", "", 0),
+        ("counts beyond the target", "", 0),
         ("swing 0.1 s after, above 40 mm", "um", 1),
-        ("tracking, true place", "counts", 2),
+        ("tracking, true position", "counts", 2),
     ),
     "micro": (
         ("RMS in a hold", "um", 2),

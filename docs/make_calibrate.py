@@ -209,7 +209,7 @@ ROWS = (
     Row("starting", "the same, warmed by 10 K after the start, without a sensor", LYING + COLD,
         (*SCREWS, "climate.expansion", "climate.time"), "3 um", at_rest),
     Row("belt", "belt of 20 Hz, encoder at the motor, friction 3 N", BELT,
-        ("drive.frequency", *FRICTION), "20 um, or said", at_rest),
+        ("drive.frequency", *FRICTION), "20 um, or a warning", at_rest),
     Row("cogging", "speed ripple at 5 mm/s by cogging, RMS", LINEAR,
         ("drive.cogging", *FRICTION), "a fifth", ripple, "um/s"),
     Row("xy", "`xy-plotter.toml`, contour of the example circle", PLOTTER,
@@ -316,16 +316,16 @@ def table(found: list[dict[str, Any]]) -> str:
         shown = [f"{1e6 * np.median([e[name] for e in rippled]):.3g} um/s" for name in names]
         lines += [
             "",
-            "Of the speed ripple, by the encoder over 0.1 s, the table has what cogging adds. The "
-            f"whole is {shown[0]} before, of which {shown[1]} are there without any cogging, from "
-            f"counts of the encoder; after, it is {shown[2]}, and {shown[3]} without any cogging.",
+            "The row of the speed ripple, by the encoder over 0.1 s, shows what cogging adds. The "
+            f"total is {shown[0]} before and {shown[2]} after the calibration. Without any cogging "
+            f"it is {shown[1]} and {shown[3]}, from counts of the encoder.",
         ]
     held: dict[str, list[float]] = {}
     for each in found:
         for key, value in each.items():
             if key.startswith("holds "):
                 held.setdefault(key.removeprefix("holds "), []).append(value)
-    lines += ["", "| printed interval | holds the truth |", "|---|---|"]
+    lines += ["", "| printed interval | contains the true value |", "|---|---|"]
     lines += [f"| {name} | {sum(v):.0f} of {len(v)} |" for name, v in sorted(held.items())]
     return "\n".join(lines) + "\n"
 
@@ -336,10 +336,10 @@ def told(checks: list[dict[str, Any]]) -> str:
         return ""
     lines = ["", "| `--check` of | result |", "|---|---|"]
     right = sum(each["right"] for each in checks)
-    lines.append(f"| the machine that was calibrated | {right} of {len(checks)} hold |")
+    lines.append(f"| the machine that was calibrated | {right} of {len(checks)} pass |")
     for way in checks[0]["noticed"]:
         found = sum(each["noticed"][way] for each in checks)
-        lines.append(f"| {way} | {found} of {len(checks)} are noticed |")
+        lines.append(f"| {way} | {found} of {len(checks)} are detected |")
     return "\n".join(lines) + "\n"
 
 

@@ -16,12 +16,12 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "examples.md"
 PICTURES = ROOT / "docs" / "figures" / "examples"
-CURVES = ROOT / "examples" / "data" / "forc" / "hchb_forc"
 HEAD = """\
 # Examples
 
-Twenty commands and what they draw. Run them from a folder that holds `examples/` of the repository;
-each writes to `results/`. `docs/make_examples.py` generates this page and its pictures.
+Twenty commands and what they draw. Run them in a folder that contains `examples/`
+(`macromicro examples` copies it); each writes to `results/`. `docs/make_examples.py`
+generates this page and its pictures.
 
 Longer examples are the [tutorials](index.md#tutorials) and notebooks.
 """
@@ -128,7 +128,7 @@ EXAMPLES = (
     Example(
         "A Preisach density",
         "First-order reversal curves of nanowires (`examples/data/forc`).",
-        ("identify hysteresis hchb_forc --out results/forc",),
+        ("identify hysteresis examples/data/forc/hchb_forc --out results/forc",),
         "forc/density.png",
     ),
     Example(
@@ -214,7 +214,6 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copytree(ROOT / "examples", folder / "examples")
-        shutil.copy(CURVES, folder)
         if "--quick" in sys.argv:
             assert run(EXAMPLES[0], folder).is_file()
             return

@@ -345,7 +345,6 @@ def lines(text: str) -> set[str]:
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)])
 def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
     """Files that a page shows are there under the names it uses for them."""
-    shutil.copy(ROOT / "examples/data/forc/hchb_forc", tmp_path)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     # A page may show a file behind the command that takes it.
     shown = [b for b in blocks(page) if b.kind in ("toml", "csv") and not reason(page, b.text)]

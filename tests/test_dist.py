@@ -75,6 +75,8 @@ def test_the_wheel_runs_its_examples_in_an_empty_environment(dist: Path, tmp_pat
     scripts = tmp_path / "env" / ("Scripts" if os.name == "nt" else "bin")
     pip = ("-m", "pip", "install", "--quiet", "--no-compile", "-c", ROOT / "constraints.txt")
     done(scripts / "python", *pip, wheel, cwd=tmp_path, PYTHONPATH="")
+    files = (p.lstat() for p in (tmp_path / "env").rglob("*") if p.suffix != ".pyc")
+    assert sum(file.st_size for file in files) < 450e6
 
     def macromicro_(*words: str | Path) -> str:
         # Interpreted: compiling takes longer than the run.
@@ -89,6 +91,7 @@ def test_the_wheel_runs_its_examples_in_an_empty_environment(dist: Path, tmp_pat
     (tmp_path / "short.toml").write_text(SHORT)
     macromicro_("run", "short.toml")
     macromicro_("plot", "results/short", "laser")
+    macromicro_("reproduce", "--only", "D9")
     made_up = "from pathlib import Path; from own_csv import write; write(Path('own.csv'))"
     done(scripts / "python", "-c", made_up, cwd=tmp_path, PYTHONPATH="examples")
     macromicro_("identify", "drive", "own.csv", "--columns", "t=clock,u=amplifier,x=scale:mm")
@@ -96,7 +99,12 @@ def test_the_wheel_runs_its_examples_in_an_empty_environment(dist: Path, tmp_pat
         p.relative_to(tmp_path / "results").as_posix()
         for p in (tmp_path / "results").rglob("*.html")
     }
-    assert {"short/report.html", "piezo-100um/report.html", "plot/short.html"} <= made
+    assert {
+        "short/report.html",
+        "piezo-100um/report.html",
+        "plot/short.html",
+        "reproduction/reproduction.html",
+    } <= made
 
 
 def test_the_citation_has_what_its_format_asks_for() -> None:

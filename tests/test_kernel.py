@@ -345,6 +345,17 @@ def test_what_is_cached_is_not_interpreted(copy: Path, tmp_path: Path) -> None:
     assert run(many, copy, MACROMICRO_CACHE=str(tmp_path / "none")) == "False []"
 
 
+def test_a_switched_off_compiler_is_not_waited_for(copy: Path) -> None:
+    (copy / "root.py").write_text(ROOT)
+    (copy / "leaf.py").write_text(LEAF.format(gain="2.0"))
+    code = """
+from macromicro import interpreting
+from macromicro.root import root
+print(interpreting.is_quicker(root, 40_000, 2.0), interpreting.quickest(root, 40_000, 2.0) is root)
+"""
+    assert run(code, copy, NUMBA_DISABLE_JIT="1") == "True True"
+
+
 def test_numba_still_knows_the_private_option_nrt() -> None:
     """`_nrt=False` is no public option of numba: kernels allocate nothing, and without reference
     counts the micro-stage's period takes half the time.

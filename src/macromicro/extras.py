@@ -7,6 +7,10 @@ from importlib import import_module
 from macromicro.errors import ProblemError
 
 
+class MissingPackageError(ProblemError):
+    """An optional package is not installed."""
+
+
 def remedy(extra: str) -> str:
     """How to install one of the package's extras."""
     return f"pip install 'macromicro[{extra}]'"
@@ -17,5 +21,5 @@ def require(where: str, package: str, extra: str) -> None:
     try:
         import_module(package)
     except ImportError:
-        problem = f"needs {package}, which is not installed"
-        raise ProblemError(where, problem, f"Install it: {remedy(extra)}") from None
+        problem = f"{package} is not installed"
+        raise MissingPackageError(where, problem, f"Install it: {remedy(extra)}") from None

@@ -20,6 +20,8 @@ def is_quicker(loop: Callable[..., Any], periods: float, *arguments: Any) -> boo
     they are `FEW`: whoever runs a machine again and again has it compiled.
     """
     dispatcher: Any = compiled(loop)
+    if dispatcher is loop:  # NUMBA_DISABLE_JIT is set
+        return True
     types = tuple(map(dispatcher.typeof_pyval, arguments))
     if types in dispatcher.overloads or _before(loop, types) + periods > FEW:
         return False
@@ -32,9 +34,9 @@ def is_quicker(loop: Callable[..., Any], periods: float, *arguments: Any) -> boo
 
 def quickest(loop: Callable[..., Any], periods: float, *arguments: Any) -> Callable[..., Any]:
     """A loop, or its compiled twin, for a run of so many control periods."""
-    if not is_quicker(loop, periods, *arguments):
-        return compiled(loop)
     dispatcher: Any = compiled(loop)
+    if dispatcher is loop or not is_quicker(loop, periods, *arguments):
+        return dispatcher  # type: ignore[no-any-return]
     types = tuple(map(dispatcher.typeof_pyval, arguments))
     file, total = _file(loop, types), _before(loop, types) + periods
     with contextlib.suppress(OSError):  # a read-only home: none is known of

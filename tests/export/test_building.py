@@ -179,7 +179,7 @@ def test_an_unknown_system_is_refused() -> None:
 
 def test_without_a_compiler_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(building, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"needs ziglang, .*'macromicro\[cross\]'"):
+    with pytest.raises(InputError, match=r"ziglang is not installed.*'macromicro\[cross\]'"):
         building.libraries("a", {"a.c": ""}, ("windows",))
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(MacromicroError, match=r"gcc libc6-dev\), or .*'macromicro\[cross\]'"):

@@ -29,7 +29,8 @@ def test_no_negative_zero(ended: Ended) -> None:
 
 def test_remarks(ended: Ended) -> None:
     found = dict(two_stage.remarks(ended))
-    assert "times real time" in found["speed"]
+    slow = dict(two_stage.remarks(ended._replace(wall=8.0 * ended.simulated)))
+    assert "times real time" in found["speed"] and ", 0.12 times" in slow["speed"]
     assert "to within 20 um of zero in cycle 1" in found["extension"]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 
+from macromicro.drawing import style
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.thesis.claims import REPRODUCED, Claim
 from macromicro.thesis.procedure import Lab, Procedure
@@ -39,6 +40,10 @@ def _unfit(data: int) -> Drawn:
     return Drawn("Seed", "The seed.", None, ("X1",))  # type: ignore[arg-type]
 
 
+def _pictured(data: int) -> Drawn:
+    return Drawn("Seed", "The seed.", style.new(2.0, 1)[0], ("X1",))
+
+
 def _named(name: str, collect: Callable[[Lab], int]) -> Procedure:
     figures = {"Table 1.1": _draw}
     return Procedure(name, name, ("1.1",), (), ("X1",), figures, (), 1.0, collect, _claims)
@@ -50,11 +55,12 @@ def _second(name: str, draw: Callable[[int], Drawn]) -> Procedure:
     return _named(name, _collect)._replace(figures=figures)
 
 
-GOOD, RAISES, DIES, BREAKS, UNFIT, NO_DIAGRAM = (
+GOOD, RAISES, DIES, BREAKS, UNFIT, PICTURED, NO_DIAGRAM = (
     _named("good", _collect),
     _named("raises", _raise),
     _named("dies", _die),
     _second("breaks", _breaks),
     _second("unfit", _unfit),
+    _second("pictured", _pictured),
     _named("no-diagram", _collect)._replace(diagrams=("9.9", "4.3")),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 from macromicro.drawing.exhibit import Exhibit, Grid, label
@@ -32,6 +34,15 @@ def test_failures_lose_nothing_but_themselves() -> None:
     for lost in (dies, raises):
         assert [c.verdict for c in lost.claims] == [NOT_MEASURED]
         assert "failed" in lost.claims[0].reason
+
+
+def test_without_matplotlib_tables_are_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = reproduce.run_one(broken.PICTURED, Lab())
+    assert [e.number for e in drawn.exhibits] == ["Table 1.1", "1.2", "Table 1.3"]
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    plain = reproduce.run_one(broken.PICTURED, Lab())
+    assert [e.number for e in plain.exhibits] == ["Table 1.1", "Table 1.3"]
+    assert not plain.failure and not plain.notes
 
 
 def test_a_figure_that_fails_loses_no_claim() -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 KIND = "two_stage"
 _BOTH_BYTES = 400_000_000
-_HINT = "with a reference beside the stage, also: --calibrate --resume"
+_HINT = "to correct the positions by a reference, repeat it with --calibrate --resume"
 
 
 class Steps(NamedTuple):

@@ -62,8 +62,7 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     Differences from the thesis are listed with their reasons.
     """
-    from macromicro.drawing.files import EXTRA, formats
-    from macromicro.extras import require
+    from macromicro.drawing.files import formats
     from macromicro.runs import folder
     from macromicro.runs.folder import held
     from macromicro.thesis import all_procedures, choosing
@@ -73,7 +72,6 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
         _list(procedures)
         return
     chosen = choosing.choose([*(only or []), *(names or [])], procedures)
-    require("macromicro reproduce", "matplotlib", EXTRA)
     lab = _lab(rig or [], seed, chosen)._replace(figures=formats(figures))
     processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
     out = folder.chosen(out, OUT, overwrite=overwrite)

@@ -77,8 +77,7 @@ def _require(wanted: Sequence[str]) -> None:
     if find_spec("ziglang") is not None or (not wanted and _own_compiler()):
         return
     if wanted:
-        problem, install = "needs ziglang, which is not installed", "Install it"
-        raise ProblemError("--for", problem, f"{install}: {remedy('cross')}")
+        raise ProblemError("--for", "ziglang is not installed", f"Install it: {remedy('cross')}")
     raise MacromicroError(
         "an FMU needs a C compiler: cc on Linux x86_64 (Debian, Ubuntu: apt-get install gcc "
         f"libc6-dev), or {remedy('cross')}"

@@ -88,8 +88,10 @@ def origin(seed: int, started: str) -> str:
 def speed(ended: Any) -> list[tuple[str, str]]:
     if not ended.wall > 0.0:
         return []
-    text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, "
-    return [("speed", f"{text}{ended.simulated / ended.wall:.0f} times real time")]
+    factor = ended.simulated / ended.wall
+    times = f"{factor:.0f}" if factor >= 10.0 else f"{factor:.2g}"
+    text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, {times} times real time"
+    return [("speed", text)]
 
 
 def stopped(ended: Any, count: str) -> list[str]:

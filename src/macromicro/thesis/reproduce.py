@@ -11,6 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any, NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit, label, rendered
+from macromicro.extras import MissingPackageError
 from macromicro.schema.text import plain
 from macromicro.thesis.claims import Claim, in_order, lost
 from macromicro.thesis.procedure import Lab, Procedure
@@ -64,6 +65,8 @@ def _drawn(
             draw = procedure.figures.get(number)
             drawn = diagrams.drawn(number) if draw is None else draw(data)
             exhibits.append(rendered(number, drawn, kinds))
+        except MissingPackageError:  # without matplotlib: tables and diagrams alone
+            continue
         except Exception as error:
             notes.append(f"{label(number)} was not drawn: {_said(error)}")
             traces.append("".join(traceback.format_exception(error)))

@@ -37,6 +37,12 @@ def test_a_prefix_that_cannot_be_is_refused(prefix: str) -> None:
     assert checked("LAB:STAGE:") == "LAB:STAGE"
 
 
+def test_without_caproto_nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "caproto", None)
+    with pytest.raises(InputError, match=r"caproto is not installed.*'macromicro\[epics\]'"):
+        checked("LAB:STAGE")
+
+
 def test_others_need_a_token_to_reach_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EPICS_CAS_INTF_ADDR_LIST", "0.0.0.0")
     with pytest.raises(InputError, match="together with a token"):

@@ -27,9 +27,10 @@ _QUIET = {"EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST":
 
 
 def checked(prefix: str) -> str:
-    """Check a prefix of channel names."""
+    """Check a prefix of channel names, and that they can be served."""
     if not _PREFIX.fullmatch(prefix):
         raise InputError("--epics", prefix, "a prefix such as LAB:STAGE, at most 30 characters")
+    require("--epics", "caproto", "epics")
     return prefix.rstrip(":")
 
 
@@ -41,7 +42,6 @@ class EpicsServer(Listener):
     """
 
     def __init__(self, station: Station, prefix: str, token: Token | None = None) -> None:
-        require("--epics", "caproto", "epics")
         self.prefix = checked(prefix)
         self._interfaces = os.environ.get(INTERFACES, "").split() or [HOST]
         token = token or Token(None)
