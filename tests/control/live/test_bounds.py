@@ -118,3 +118,24 @@ def test_what_is_no_number_is_shown_in_forty_characters() -> None:
     reply = f.ask(m.SetLimits(f.s.limits._replace(macro_low=odd)))
     assert isinstance(reply, m.Refused)
     assert reply.reason.startswith("soft limits of '" + "x" * 36 + "... to ")
+
+
+@pytest.mark.parametrize(
+    ("wider", "asked", "most"),
+    [
+        ({"macro_high": OWN.macro_high + 1.0}, f"{OWN.macro_high + 1.0:g} counts", "counts"),
+        ({"micro_high": OWN.micro_high + 1e-3}, f"{OWN.micro_high * 1e3 + 1.0:g} mm", "mm"),
+        ({"whole_high": OWN.whole_high + 1.0}, f"{OWN.whole_high * 1e3 + 1e3:g} mm", "mm"),
+    ],
+)
+def test_a_refusal_reads_in_the_units_of_the_stage(
+    wider: dict[str, float], asked: str, most: str
+) -> None:
+    reply = ready().ask(m.SetLimits(OWN._replace(**wider)))
+    assert isinstance(reply, Refused) and reply.beyond
+    assert f" to {asked} for the " in reply.reason
+    ((name, _),) = wider.items()
+    scale = 1.0 if most == "counts" else 1e3
+    low = getattr(OWN, name.replace("high", "low"))
+    bounds = f"give them from {low * scale:.9g} to {getattr(OWN, name) * scale:.9g} {most}, "
+    assert reply.remedy.startswith(bounds)

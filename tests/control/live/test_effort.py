@@ -6,10 +6,12 @@ import math
 
 import pytest
 
-from macromicro.control.live._effort import macro_effort, observe
+from macromicro.control import micro
+from macromicro.control.live._effort import lead_carriage, macro_effort, micro_effort, observe
 from macromicro.control.live.parameters import Fine
 from macromicro.control.live.state import EMPTY, Window
 from macromicro.control.settings import Control
+from macromicro.control.stage_law import Target
 from tests.control.own_laws import HERE
 
 from .bench import Machine
@@ -60,3 +62,61 @@ def test_a_law_is_told_the_time_and_that_a_target_stands() -> None:
     s = machine.s._replace(time=0.25)
     drive, motor = macro_effort(s, 3.0, 9.0, 1e-3)
     assert (drive.macro_reference, motor) == (9.0, 0.25)
+
+
+@pytest.fixture
+def told() -> Machine:
+    """Under a law whose effort [V] is the time [s]."""
+    return Machine(control=Control().joined(f"{HERE}:Told", "a test"))
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_carriage_is_led_no_farther_ahead_than_homing_leads_it(told: Machine, way: float) -> None:
+    lead = told.p.settings.homing.lead
+    far = lead_carriage(told.p, told.s, 5.0, 5.0 + way * 3.0 * lead, DT)
+    assert (far.reference, far.ahead) == (5.0 + way * lead, way * 3.0 * lead)
+    assert far.drive.macro_reference == far.reference
+    near = lead_carriage(told.p, told.s, 5.0, 5.0 + way * 0.5 * lead, DT)
+    assert (near.reference, near.ahead) == (5.0 + way * 0.5 * lead, way * 0.5 * lead)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_it_is_pushed_no_harder_than_homing_pushes(told: Machine, way: float) -> None:
+    most = told.p.settings.homing.volts
+    hard = lead_carriage(told.p, told.s._replace(time=way * 100.0), 0.0, 0.0, DT)
+    assert hard.motor == way * most
+    soft = lead_carriage(told.p, told.s._replace(time=way * 0.5 * most), 0.0, 0.0, DT)
+    assert soft.motor == way * 0.5 * most
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("ahead", "push", "stands", "stuck"),
+    [
+        (1.0, 0.0, True, True),  # as far ahead as it may be
+        (0.9, 0.0, True, False),
+        (0.0, 1.0, True, True),  # pushed as hard as it takes to move it slowly
+        (0.0, 0.9, True, False),
+        (1.0, 1.0, False, False),  # it moves
+    ],
+)
+def test_it_is_stuck_where_it_is_pushed_and_stands(
+    told: Machine, ahead: float, push: float, stands: bool, stuck: bool, way: float
+) -> None:
+    seen = told.s.seen._replace(standing=0.1 if stands else 0.0)
+    volts = push * told.p.settings.jogging.lean
+    s = told.s._replace(seen=seen, time=way * volts)
+    reference = way * ahead * told.p.settings.homing.lead
+    assert lead_carriage(told.p, s, 0.0, reference, DT).stuck is stuck
+
+
+def test_a_micro_law_is_told_that_its_target_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    aims = []
+
+    def step(laws, fine, kept, integral, aim, *_):  # type: ignore[no-untyped-def]
+        aims.append(aim)
+        return integral, kept, 0.0
+
+    monkeypatch.setattr(micro, "step", step)
+    drive, _ = micro_effort(Machine().s, 1.0, 1e-3, DT)
+    assert aims == [Target(1e-3, 0.0, 0.0, math.inf)] and drive.micro_reference == 1e-3
