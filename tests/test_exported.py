@@ -52,7 +52,7 @@ def test_without_the_package_the_remedy_is_said(
 ) -> None:
     run = made()
     monkeypatch.setitem(sys.modules, package, None)
-    words = rf"needs {package}, .*pip install 'macromicro\[{package}\]'"
+    words = rf"{package} is not installed. Install it: pip install 'macromicro\[{package}\]'"
     with pytest.raises(MacromicroError, match=words):
         run.to_dataframe() if package == "pandas" else run.to_xarray()
 

@@ -69,7 +69,7 @@ def edge(tree: Any) -> float:
 def pulse(tree: Any) -> float:
     """The index pulse of the home position: the mark, or the first above the switch."""
     place, apart = float(tree.encoder.index_place), _wiring.spacing(tree)
-    if apart == 0.0:
+    if apart == 0.0 or tree.homing.on == INDEX:
         return place
     return place + apart * math.ceil((edge(tree) - place) / apart)
 
