@@ -289,6 +289,7 @@ def test_on_a_bench_of_other_friction_no_move_is_missed(bench, share):
     assert all(left == 0.0 for _, _, left in arrivals(bench(share)))
 
 
+@pytest.mark.slow
 def test_on_the_bench_little_swing_is_left(bench):
     """60 um are excited by a step of full effort; 5 um are the limit for moves above 40 mm."""
     run = bench()

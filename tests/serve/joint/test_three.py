@@ -36,12 +36,14 @@ def bed(homed: Bed) -> Bed:
     return homed
 
 
+@pytest.mark.slow
 def test_the_axes_home_and_the_piezo_needs_none(bed: Bed) -> None:
     assert bed.pair.view().trusted == 1.0 and len(bed.pair.readings()) == 2
     assert bed.settings.homing == (0, 1)
     assert [led.searches for led in bed.pair._leds] == [True, True, False]
 
 
+@pytest.mark.slow
 def test_a_move_to_a_point_is_straight_in_all_stages_and_so_is_its_stop(bed: Bed) -> None:
     begin, goal = np.array([0.02, 0.01, 10e-6]), np.array([0.12, 0.06, 80e-6])
     names = ("x", "y", "z")
@@ -58,6 +60,7 @@ def test_a_move_to_a_point_is_straight_in_all_stages_and_so_is_its_stop(bed: Bed
     assert np.all(np.ptp(shares, axis=1) < 2.0 * np.sum(pitches / (goal - begin)))
 
 
+@pytest.mark.slow
 def test_some_stages_move_and_the_others_stand(bed: Bed) -> None:
     bed.done(m.MovePoint({"x": 0.03, "y": 0.03, "z": 20e-6}))
     before = bed.place
@@ -73,6 +76,7 @@ def test_some_stages_move_and_the_others_stand(bed: Bed) -> None:
     assert 33e-6 < bed.place[2] < 37e-6
 
 
+@pytest.mark.slow
 def test_unknown_names_are_refused_with_those_of_the_machine(bed: Bed) -> None:
     for request in (m.MovePoint({"w": 0.0}), m.MoveAxis("w", 0.0), m.Jog("w", 0.1)):
         refused = bed.ask(request)
@@ -94,6 +98,7 @@ def test_its_programme_moves_all_stages_at_once(bed: Bed) -> None:
         assert aims[:, k].max() == pytest.approx(0.9 * live.limits.whole_high, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_its_gains_are_those_of_each_stage(bed: Bed) -> None:
     reply = bed.ask(m.SetGains((("z.integral", 0.5 * bed.tree.z.controller.integral),)))
     assert isinstance(reply, Accepted) and reply.changes[0].path == "z.integral"
@@ -109,6 +114,7 @@ def test_an_axis_with_a_piezo_on_it_is_one_machine(tmp_path: Path) -> None:
     assert bed.place == pytest.approx((40e-6, 0.05), abs=3e-5)
 
 
+@pytest.mark.slow
 def test_stages_in_turn_move_one_after_the_other(tmp_path: Path) -> None:
     bed = Bed(written(tmp_path, 'z = "piezo", slide = "axis"', "in turn"))
     assert bed.done(m.MovePoint({"slide": 0.05, "z": 40e-6})).outcome == m.DONE

@@ -88,6 +88,7 @@ def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
     assert found["A1"].verdict == DIFFERS
 
 
+@pytest.mark.slow
 def test_half_an_hour_is_enough_and_ten_seconds_are_not() -> None:
     """Claim A6: in a room of one temperature, a rested run repeats the one before."""
     rested = cycle_runs.collect(runs=2, cycles=4, room_std=0.0)

@@ -99,6 +99,7 @@ class Blocks(list[np.ndarray]):
 
 
 @pytest.mark.parametrize("name", _control_runs.LAWS)
+@pytest.mark.slow
 def test_drive_is_the_control_loop(name: str) -> None:
     """The runs here are those of the one control loop with parking off, bit for bit."""
     settings = replaced(Settings(), "controller.macro_law", name)

@@ -18,6 +18,7 @@ def claimed(models: Models) -> dict[str, Claim]:
 
 
 @pytest.mark.parametrize("name", ["S5a", "S5b", "S7", "S8", "S9", "S10"])
+@pytest.mark.slow
 def test_claim_is_reproduced(models: Models, name: str) -> None:
     claim = claimed(models)[name]
     assert claim.verdict == REPRODUCED
@@ -33,6 +34,7 @@ def test_printed_dynamics_equal_themselves() -> None:
     assert electrothermal.against_5_6(slower) > 2.0
 
 
+@pytest.mark.slow
 def test_a_model_as_good_at_large_inputs_as_at_small_ones_is_not_the_thesis(
     models: Models,
 ) -> None:
@@ -41,6 +43,7 @@ def test_a_model_as_good_at_large_inputs_as_at_small_ones_is_not_the_thesis(
     assert claimed(even)["S10"].verdict == DIFFERS
 
 
+@pytest.mark.slow
 def test_slow_cooling_is_told(models: Models) -> None:
     """Claim S8: 0.8-1.3 s."""
     warm = tuple(slower(r) for r in models.data.warm)
@@ -54,6 +57,7 @@ def slower(run: Recording) -> Recording:
     return Recording.from_arrays(run.columns, arrays, 2.0 * run.dt, run.attributes)
 
 
+@pytest.mark.slow
 def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
     """Figure 5.17 draws the same free runs that claim S10 judges."""
     for volts in (1.5, 1.8):
@@ -66,6 +70,7 @@ def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
         assert len(trace.thesis) == len(trace.better) == len(mean)
 
 
+@pytest.mark.slow
 def test_warm_and_cold_cooling_and_both_identifications_are_told(models: Models) -> None:
     """Section 5.2.2 identifies (5.6) by MLS and takes (5.9) after a few cycles."""
     found = {c.id: c for c in electrothermal.claims(models)}

@@ -22,6 +22,7 @@ def axes(drawn: Drawn) -> list[Any]:
     return list(body.axes)
 
 
+@pytest.mark.slow
 def test_example_is_one_heating_cycle(kiln_runs: KilnRuns) -> None:
     """Figure 5.5: one rise and one fall, heater on and then off."""
     example = first_cycle(kiln_runs.heated.curves)
@@ -30,6 +31,7 @@ def test_example_is_one_heating_cycle(kiln_runs: KilnRuns) -> None:
     assert np.median(example["thermocouple"][-50:]) == pytest.approx(kiln.COLD, abs=1.0)
 
 
+@pytest.mark.slow
 def test_spikes_are_seen_raw_and_gone_smoothed(shown: dict[str, Drawn]) -> None:
     """Figure 5.5: (a) with the spikes, (b) without."""
     raw, smooth = (ax.lines[0].get_ydata() for ax in axes(shown["5.5"]))
@@ -37,6 +39,7 @@ def test_spikes_are_seen_raw_and_gone_smoothed(shown: dict[str, Drawn]) -> None:
     assert np.abs(np.diff(smooth)).max() < 2.0
 
 
+@pytest.mark.slow
 def test_averages_lie_on_the_loop(shown: dict[str, Drawn]) -> None:
     """Figure 5.6: solid line and, far fewer, diamonds."""
     record, diamonds = axes(shown["5.6"])[0].lines
@@ -50,6 +53,7 @@ def test_averages_lie_on_the_loop(shown: dict[str, Drawn]) -> None:
     assert np.abs(near - diamonds.get_ydata()[up]).max() < 0.1
 
 
+@pytest.mark.slow
 def test_every_curve_is_drawn_as_measured(shown: dict[str, Drawn], kiln_runs: KilnRuns) -> None:
     """Figure 5.7: one line from each M_k."""
     lines = [line for line in axes(shown["5.7"])[0].lines if len(line.get_xdata()) > 50]
@@ -60,6 +64,7 @@ def test_every_curve_is_drawn_as_measured(shown: dict[str, Drawn], kiln_runs: Ki
         np.testing.assert_array_equal(line.get_ydata(), f)
 
 
+@pytest.mark.slow
 def test_table_has_three_axes(shown: dict[str, Drawn]) -> None:
     """Figures 5.8 and D.6: M_k, m_k and contraction."""
     for number in ("5.8", "D.6"):
@@ -68,6 +73,7 @@ def test_table_has_three_axes(shown: dict[str, Drawn]) -> None:
         assert "contraction" in ax.get_zlabel()
 
 
+@pytest.mark.slow
 def test_every_new_profile_is_compared_once(shown: dict[str, Drawn], kiln_runs: KilnRuns) -> None:
     """Figures 5.9 and D.7: measured and model over time and over temperature."""
     panels = axes(shown["5.9"]) + axes(shown["D.7"])[:2]
