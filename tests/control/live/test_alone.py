@@ -194,3 +194,29 @@ def test_what_is_offered_is_of_the_stages_there(stages: tuple[str, ...]) -> None
 @pytest.mark.parametrize(("place", "count"), [(0.49, 0.0), (0.51, 1.0), (-0.51, -1.0), (2.5, 3.0)])
 def test_the_nearest_count(place: float, count: float) -> None:
     assert alone.nearest(place * 2e-5, 2e-5) == count
+
+
+XY, THREE = ("x", "y"), ("x", "y", "z")
+
+
+def test_several_stages_are_known_by_the_channels_of_their_encoders() -> None:
+    assert alone.channel("x") == "x_count"
+    assert alone.stages(map(alone.channel, THREE)) == THREE
+    assert alone.stages(("encoder", "laser")) == (m.MACRO,)
+    assert alone.several(XY) and not alone.several((m.MACRO, m.MICRO))
+
+
+@pytest.mark.parametrize("request_", [m.MoveTo(0.1), m.SetLimits(), m.Jog(m.MACRO, 0.01)])
+def test_several_stages_have_no_place_of_their_own(request_: Any) -> None:
+    two, three = alone.refusal(XY, request_), alone.refusal(THREE, request_)
+    assert two is not None and two.reason == "this machine has two axes"
+    assert three is not None and three.reason == "this machine has 3 stages"
+    assert two.remedy == three.remedy == "name a point, or one of them"
+    assert alone.refusal((m.MACRO,), request_) is None
+
+
+@pytest.mark.parametrize("request_", [m.MovePoint({"x": 0.1, "y": 0.1}), m.Jog("x", 0.01)])
+def test_points_and_axes_are_those_of_several_stages(request_: Any) -> None:
+    assert alone.refusal(XY, request_) is None
+    refused = alone.refusal((m.MACRO,), request_)
+    assert refused is not None and refused.reason == "this machine has no axes x and y"

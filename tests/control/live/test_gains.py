@@ -11,6 +11,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Refused
 from macromicro.control.supervisor import Plan
+from macromicro.schema.par import entries
 
 from .follower import QUICK, QUICK_CONTROL, ready
 
@@ -157,3 +158,11 @@ def test_a_programme_keeps_its_macro_target_when_parking_is_changed() -> None:
     f.ask(m.SetGains((("sequence.park", 0),)))
     f.tick()
     assert f.command[:2] == (60.0, 1.0) and f.out.motor > 0.0
+
+
+def test_a_gain_that_makes_the_loop_unstable_is_refused_in_its_own_unit() -> None:
+    f = ready()
+    reply = f.ask(m.SetGains((("pi.ki", 1e9),)))
+    ki = next(entry.par for entry in entries(f.s.control) if entry.path == "pi.ki")
+    assert isinstance(reply, Refused)
+    assert reply.reason == f"pi.ki: {ki.spoken(1e9)} does not fit the others"
