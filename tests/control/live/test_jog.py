@@ -127,6 +127,8 @@ def test_a_micro_jog_that_does_not_get_to_its_limit_has_stalled() -> None:
     machine.see(hall=hall(3.45e-3), seconds=1.5)
     assert [(e.id, e.outcome) for e in machine.ends] == [(1, "stalled")]
     assert machine.mode == "stopped" and machine.out == SAFE
+    sent = machine.ends[0].evidence["micro_mm"]
+    assert sent == pytest.approx(1e3 * machine.s.limits.micro_high)
 
 
 def test_no_stage_no_speed_no_jog() -> None:
