@@ -88,3 +88,39 @@ def test_offered_is_what_is_not_refused_for_the_mode(supersede: int) -> None:
     machine.ask(m.Disable())
     look(machine)
     assert seen >= set(m.MODES) - {"settling"}
+
+
+XY = ("x", "y")
+
+
+def test_several_stages_are_offered_points_and_nothing_of_one_place() -> None:
+    offered = possible(m.READY, moving=False, trusted=True, stages=XY)
+    assert {m.MovePoint, m.MoveAxis, m.Jog, m.Home, m.Programme} <= offered
+    assert not {m.MoveTo, m.MoveMacro, m.Zero, m.Fan, m.SetLimits} & offered
+    untrusted = possible(m.READY, moving=False, trusted=False, stages=XY)
+    assert m.Home in untrusted and not {*m.AXES_MOVES, *m.ONE_MOVES} & untrusted
+
+
+@pytest.mark.parametrize(
+    ("mode", "trusted", "supersede", "offered"),
+    [
+        (m.MOVING_MACRO, True, True, True),
+        (m.SETTLING, True, True, True),
+        (m.MOVING_MACRO, True, False, False),
+        (m.MOVING_MACRO, False, True, False),
+        (m.HOMING, True, True, False),
+    ],
+)
+def test_a_move_of_several_stages_may_be_replaced(
+    mode: int, trusted: bool, supersede: bool, offered: bool
+) -> None:
+    found = possible(mode, moving=True, trusted=trusted, supersede=supersede, stages=XY)
+    assert (m.MovePoint in found) is offered
+
+
+def test_only_a_stage_that_moves_can_end_a_stream() -> None:
+    def ends(mode: int, moving: bool) -> bool:
+        return m.EndFollow in possible(mode, moving=moving, trusted=True)
+
+    assert ends(m.MOVING_MACRO, True) and ends(m.MOVING_MICRO, True)
+    assert not ends(m.SETTLING, True) and not ends(m.READY, False)
