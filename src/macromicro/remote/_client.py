@@ -14,11 +14,11 @@ from macromicro.remote._link import Link
 from macromicro.serve.capturing import NOW, Trigger
 
 Begun = TypeVar("Begun")
-Told = TypeVar("Told")
+Answer = TypeVar("Answer")
 Quantity = float | str
 
 
-class Client(ABC, Generic[Begun, Told]):
+class Client(ABC, Generic[Begun, Answer]):
     """The methods of a client, whose documentation is here.
 
     Positions and speeds are numbers in base units (m, or rad of a rotary machine), or texts with a
@@ -47,7 +47,7 @@ class Client(ABC, Generic[Begun, Told]):
     def _motion(self, name: str, *args: Any, wait: bool, replace: bool = False) -> Begun: ...
 
     @abstractmethod
-    def _order(self, name: str, *args: Any, **fields: Any) -> Told: ...
+    def _order(self, name: str, *args: Any, **fields: Any) -> Answer: ...
 
     def move_to(self, position: Quantity, *, replace: bool = False, wait: bool = True) -> Begun:
         """Move the whole positioner to a position."""
@@ -114,11 +114,11 @@ class Client(ABC, Generic[Begun, Told]):
         values = (stage, speed) if hold is None else (stage, speed, hold)
         return self._motion("jog", *values, wait=False)
 
-    def end_follow(self) -> Told:
+    def end_follow(self) -> Answer:
         """Rest on the last set point; the motion that `follow` began ends as "done"."""
         return self._order("end follow")
 
-    def set_speed(self, stage: str, speed: Quantity) -> Told:
+    def set_speed(self, stage: str, speed: Quantity) -> Answer:
         """Set the maximum speed of moves of a stage, from the next one on."""
         return self._order("set speed", stage, speed)
 
@@ -126,35 +126,35 @@ class Client(ABC, Generic[Begun, Told]):
         """Run a motion programme."""
         return self._motion("programme", name, wait=wait)
 
-    def stop(self) -> Told:
+    def stop(self) -> Answer:
         """Decelerate at once. Needs no control."""
         return self._order("stop")
 
-    def emergency(self) -> Told:
+    def emergency(self) -> Answer:
         """Make all outputs safe before the next control step. Needs no control."""
         return self._order("emergency")
 
-    def zero(self) -> Told:
+    def zero(self) -> Answer:
         """Set the laser and the relative reading to zero; absolute positions stay."""
         return self._order("zero")
 
-    def enable(self) -> Told:
+    def enable(self) -> Answer:
         """Go from disabled to ready. Nothing moves."""
         return self._order("enable")
 
-    def disable(self) -> Told:
+    def disable(self) -> Answer:
         """Switch both stages off at once; a motion under way ends as "stopped"."""
         return self._order("disable")
 
-    def fan(self, on: bool) -> Told:
+    def fan(self, on: bool) -> Answer:
         """Switch the actuator's fan."""
         return self._order("fan", on)
 
-    def clear(self) -> Told:
+    def clear(self) -> Answer:
         """Clear a fault whose cause is gone; the machine is disabled."""
         return self._order("clear")
 
-    def gains(self, changes: Mapping[str, float | int | str]) -> Told:
+    def gains(self, changes: Mapping[str, float | int | str]) -> Answer:
         """Change settings of the controller, all or none."""
         now = {each["path"]: each["value"] for each in self.settings}
         for path in changes:
@@ -163,19 +163,19 @@ class Client(ABC, Generic[Begun, Told]):
         pairs = [[path, now[path], value] for path, value in changes.items()]
         return self._order("gains", changes=pairs)
 
-    def limits(self, values: Mapping[str, float] | None) -> Told:
+    def limits(self, values: Mapping[str, float] | None) -> Answer:
         """Change the soft limits, within the machine's own."""
         return self._order("limits", values=None if values is None else dict(values))
 
-    def take(self) -> Told:
+    def take(self) -> Answer:
         """Take control, unless another client has it."""
         return self._order("take")
 
-    def release(self) -> Told:
+    def release(self) -> Answer:
         """Give control back, which ends a jog."""
         return self._order("release")
 
-    def record(self) -> Told:
+    def record(self) -> Answer:
         """Begin a recording of all columns on the server."""
         return self._order("record")
 

@@ -18,7 +18,7 @@ FRAME_S = 0.01
 RATE, BURST = 80.0, 100.0  # messages a second and at once: fewer than a server takes
 CONFIRM_S = 1.0  # within which a stop is confirmed
 CLOSE_S = 1.0  # for the farewell
-START_S, AGAIN_S = 120.0, 0.2  # a machine may take to start; until it is asked again
+START_S, AGAIN_S = 120.0, 0.2  # longest wait for a machine that starts; pause between two tries
 _STOPS = {"stop": unconfirmed.STOP, "emergency": unconfirmed.EMERGENCY_STOP}
 _GONE = "the connection to the server is closed"
 _LOOK = "start the server, or look at its terminal, and connect again"
@@ -63,6 +63,8 @@ class Link:
                 await self.close()
                 why = unconfirmed.SERVER if limit.expired() else str(error) or type(error).__name__
                 raise ConnectionLost(f"{self._url}: {why}", _LOOK) from None
+            if first is None:
+                await asyncio.sleep(AGAIN_S)
         self.about, self._heard = first["welcome"], time.monotonic()
         work = self._read, self._beat, self._keep, self._watch
         self._tasks = [asyncio.create_task(each()) for each in work]
@@ -96,7 +98,6 @@ class Link:
             starts = closed.rcvd is not None and closed.rcvd.code == STARTING[0]
             if not starts or time.monotonic() > last:
                 raise
-            await asyncio.sleep(AGAIN_S)
             return None
         return first
 

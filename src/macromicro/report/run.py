@@ -21,7 +21,7 @@ CAPTIONS = captions(Path(__file__).with_name("figures.toml"))
 
 MOVE = ("#", "stage", "target", "arrival")  # columns of every table of moves
 PEAK, REST, TRUE, OVERSHOOT = "peak error", "error at rest", "true error", "overshoot"
-_MEANINGS = {  # of columns, by the begin of their headings
+_MEANINGS = {  # of columns, by the start of their headings
     "arrival": "Arrival runs from the move's start until the readings of its stages stay within "
     "their tolerance or band.",
     PEAK: "Peak and rms errors are distances of the reading from the set point during the profile, "
@@ -72,7 +72,7 @@ def line(
 
 
 def footnote(headings: Sequence[str]) -> str:
-    """How the columns of a table are meant."""
+    """What the columns of a table mean."""
     found = [t for key, t in _MEANINGS.items() if any(h.startswith(key) for h in headings)]
     return " ".join(found)
 

@@ -12,7 +12,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable
 
 HOST, SCPI_PORT, WEB_PORT = "127.0.0.1", 5025, 8080
-STARTING = 4001, "the machine is starting"  # closes a WebSocket until then
+STARTING = 4001, "the machine is starting"  # code and reason that close a WebSocket until it has
 LEAST_TOKEN = 16  # characters, where others can connect
 STRONG = (
     f"at least {LEAST_TOKEN} characters where others can connect, such as what "

@@ -35,27 +35,28 @@ def read(path: Path, settings: Any) -> tuple[Uncertain, ...]:
     rows = read_toml(path, "a table of uncertain quantities (.toml)").get("quantity")
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{file}, quantity", printable(rows), "one table [[quantity]] or more")
-    return tuple(_row(told, known, f"{file}, quantity {n}, ") for n, told in enumerate(rows, 1))
+    return tuple(_row(given, known, f"{file}, quantity {n}") for n, given in enumerate(rows, 1))
 
 
-def _row(told: Any, known: dict[str, Entry], where: str) -> Uncertain:
-    if not isinstance(told, dict):
-        raise InputError(where[:-2], printable(told), "a table [[quantity]]")
+def _row(given: Any, known: dict[str, Entry], row: str) -> Uncertain:
+    if not isinstance(given, dict):
+        raise InputError(row, printable(given), "a table [[quantity]]")
+    where = f"{row}, "
 
     def text(key: str, default: str | None = None) -> str:
-        found = told.get(key, default)
+        found = given.get(key, default)
         if not isinstance(found, str):
             raise InputError(f"{where}{key}", printable(found), "text")
         return found
 
     def listed(key: str, kind: Any, accepted: str, default: list[Any] | None = None) -> list[Any]:
-        found = told.get(key, default)
+        found = given.get(key, default)
         good = isinstance(found, list) and all(isinstance(item, kind) for item in found)
         if not good or not found:
             raise InputError(f"{where}{key}", printable(found), accepted)
         return list(found)
 
-    unknown(told, _KEYS, where)
+    unknown(given, _KEYS, where)
     paths = listed("paths", str, "a list of paths in the settings")
     weights = listed("weights", int | float, "a number for each path", [1.0] * len(paths))
     if len(weights) != len(paths):
@@ -65,7 +66,7 @@ def _row(told: Any, known: dict[str, Entry], where: str) -> Uncertain:
             numbers = [name for name, entry in known.items() if entry.number]
             raise InputError(f"{where}paths", printable(path), nearest(path, numbers))
     first = known[paths[0]]
-    kind, low, high = ranges.read(told, first, where)
+    kind, low, high = ranges.read(given, first, where)
     unit = ranges.amount(first, kind).par.unit
     return Uncertain(
         text("name"),

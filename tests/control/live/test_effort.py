@@ -65,27 +65,29 @@ def test_a_law_is_told_the_time_and_that_a_target_stands() -> None:
 
 
 @pytest.fixture
-def told() -> Machine:
+def machine() -> Machine:
     """Under a law whose effort [V] is the time [s]."""
     return Machine(control=Control().joined(f"{HERE}:Told", "a test"))
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_carriage_is_led_no_farther_ahead_than_homing_leads_it(told: Machine, way: float) -> None:
-    lead = told.p.settings.homing.lead
-    far = lead_carriage(told.p, told.s, 5.0, 5.0 + way * 3.0 * lead, DT)
+def test_a_carriage_is_led_no_farther_ahead_than_homing_leads_it(
+    machine: Machine, way: float
+) -> None:
+    lead = machine.p.settings.homing.lead
+    far = lead_carriage(machine.p, machine.s, 5.0, 5.0 + way * 3.0 * lead, DT)
     assert (far.reference, far.ahead) == (5.0 + way * lead, way * 3.0 * lead)
     assert far.drive.macro_reference == far.reference
-    near = lead_carriage(told.p, told.s, 5.0, 5.0 + way * 0.5 * lead, DT)
+    near = lead_carriage(machine.p, machine.s, 5.0, 5.0 + way * 0.5 * lead, DT)
     assert (near.reference, near.ahead) == (5.0 + way * 0.5 * lead, way * 0.5 * lead)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_it_is_pushed_no_harder_than_homing_pushes(told: Machine, way: float) -> None:
-    most = told.p.settings.homing.volts
-    hard = lead_carriage(told.p, told.s._replace(time=way * 100.0), 0.0, 0.0, DT)
+def test_it_is_pushed_no_harder_than_homing_pushes(machine: Machine, way: float) -> None:
+    most = machine.p.settings.homing.volts
+    hard = lead_carriage(machine.p, machine.s._replace(time=way * 100.0), 0.0, 0.0, DT)
     assert hard.motor == way * most
-    soft = lead_carriage(told.p, told.s._replace(time=way * 0.5 * most), 0.0, 0.0, DT)
+    soft = lead_carriage(machine.p, machine.s._replace(time=way * 0.5 * most), 0.0, 0.0, DT)
     assert soft.motor == way * 0.5 * most
 
 
@@ -101,13 +103,13 @@ def test_it_is_pushed_no_harder_than_homing_pushes(told: Machine, way: float) ->
     ],
 )
 def test_it_is_stuck_where_it_is_pushed_and_stands(
-    told: Machine, ahead: float, push: float, stands: bool, stuck: bool, way: float
+    machine: Machine, ahead: float, push: float, stands: bool, stuck: bool, way: float
 ) -> None:
-    seen = told.s.seen._replace(standing=0.1 if stands else 0.0)
-    volts = push * told.p.settings.jogging.lean
-    s = told.s._replace(seen=seen, time=way * volts)
-    reference = way * ahead * told.p.settings.homing.lead
-    assert lead_carriage(told.p, s, 0.0, reference, DT).stuck is stuck
+    seen = machine.s.seen._replace(standing=0.1 if stands else 0.0)
+    volts = push * machine.p.settings.jogging.lean
+    s = machine.s._replace(seen=seen, time=way * volts)
+    reference = way * ahead * machine.p.settings.homing.lead
+    assert lead_carriage(machine.p, s, 0.0, reference, DT).stuck is stuck
 
 
 def test_a_micro_law_is_told_that_its_target_stands(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -99,7 +99,8 @@ class Simulated(Entered):
 
     def drive(self, courses: Sequence[Course]) -> None:
         """Pass one period of the loop with laws and guards on these set points."""
-        seen, self._read = self._read or self._seen(), None
+        seen = self._read or self._seen()
+        self._read = None
         self._states = self.control.run(courses, self._bench, self._states, seen, self._noise)
         self.tick += 1
         self._draw()
