@@ -9,7 +9,7 @@ import pytest
 
 from macromicro import simulate
 from macromicro.control.macro import MacroLaw
-from macromicro.runs.job import load
+from macromicro.runs.programmed import load
 from macromicro.settings import Settings
 
 

@@ -22,6 +22,7 @@ from macromicro.programme import Programme, moves
 from macromicro.programme.rates import rates, turns
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
+from macromicro.rig.faults import Fault, describe
 from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.twin import CompiledTwin, noise_source
@@ -40,12 +41,18 @@ class Sink(Protocol):
 
 
 class Outcome(NamedTuple):
-    """How a run ended."""
+    """How a run of any machine ended."""
 
     finished: bool  # whether the programme came to its end
-    watch: Watch  # the guard's last state, with the fault and its evidence
-    simulated: float  # time on the bench, s
+    watch: Any  # of the guard that found the fault, with its evidence, or of the first
+    fault: Fault | None
+    simulated: float  # time on the machine, s
     wall: float
+
+
+def outcome(finished: bool, watch: Watch, simulated: float, began: float) -> Outcome:
+    """The end of a run of the two-stage machine that began at a `time.perf_counter`."""
+    return Outcome(finished, watch, describe(watch), simulated, time.perf_counter() - began)
 
 
 class Rolled(NamedTuple):
@@ -207,8 +214,7 @@ def _interpreted(
     flush()
     if progress is not None:
         progress(done * PERIOD, state.move)
-    finished = state.phase == supervisor.DONE
-    return Outcome(finished, rig.watch, done * PERIOD, time.perf_counter() - began)
+    return outcome(state.phase == supervisor.DONE, rig.watch, done * PERIOD, began)
 
 
 def simulate(
@@ -249,5 +255,4 @@ def simulate(
                 raise
         if written < CHUNK or run.progress.phase == supervisor.DONE or run.watch.fault != OK:
             break
-    finished = run.progress.phase == supervisor.DONE
-    return Outcome(finished, run.watch, run.tick * PERIOD, time.perf_counter() - began)
+    return outcome(run.progress.phase == supervisor.DONE, run.watch, run.tick * PERIOD, began)

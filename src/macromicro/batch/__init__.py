@@ -47,14 +47,14 @@ def _micro_bench(**options: Any) -> Job:
 
 
 def _programme(**options: Any) -> Job:
-    from macromicro.batch.programme_job import ProgrammeJob
+    from macromicro.batch.machine_jobs import ProgrammeJob
 
     return ProgrammeJob(**options)
 
 
 def _stage(machine: str) -> Callable[..., Job]:
     def make(**options: Any) -> Job:
-        from macromicro.batch.stage_job import StageJob
+        from macromicro.batch.machine_jobs import StageJob
 
         return StageJob(machine, **options)
 

@@ -181,8 +181,7 @@ def follow(
 
         plan, start = simulate.plan(programme), supervisor.begin(0.0, control)
         last: Progress = loop.run(guarded, TwoStage(control), plan, PERIOD, start, take, longest)
-    finished = last.phase == supervisor.DONE
-    return Outcome(finished, guarded.watch, rows * PERIOD, time.perf_counter() - began)
+    return simulate.outcome(last.phase == supervisor.DONE, guarded.watch, rows * PERIOD, began)
 
 
 def known(flag: Array) -> Array:
