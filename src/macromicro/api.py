@@ -59,7 +59,7 @@ def load_settings(path: PathLike) -> Any:
     """
     from macromicro.machines import compositions
 
-    return compositions.chosen(Path(path)).load(Path(path))
+    return compositions.settings_of(Path(path))
 
 
 def run(
