@@ -13,7 +13,6 @@ from macromicro import arrays, hall_table, interpreting, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Progress, Supervisor
-from macromicro.control.two_stage import TwoStage
 from macromicro.kernel import cache_folder, compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
@@ -27,7 +26,7 @@ from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.twin import CompiledTwin, noise_source
 from macromicro.settings import Settings
-from macromicro.types import SAFE, Command, Outputs, Sample
+from macromicro.types import SAFE, Command, Sample
 
 CHUNK = 5000
 _USUAL_MOVE = 0.9  # s, until the arrival of a move of the carriage is declared
@@ -160,19 +159,6 @@ def _switched_off(
     return column
 
 
-class _Remembering(TwoStage):
-    """The positioner's controller; `last` is the state that it returned last."""
-
-    last: Progress
-
-    def step(
-        self, state: Progress, reference: Plan, sample: Sample, dt: float
-    ) -> tuple[Progress, Command, Outputs]:
-        """One control period."""
-        self.last, command, outputs = super().step(state, reference, sample, dt)
-        return self.last, command, outputs
-
-
 def _interpreted(
     rolled: Rolled,
     sink: Sink,
@@ -184,7 +170,7 @@ def _interpreted(
     began = time.perf_counter()
     twin = CompiledTwin(rolled.plant, seed)
     rig = CompiledGuarded(twin, rolled.watchdog, PERIOD)
-    controller, rows, done = _Remembering(rolled.control), list[npt.NDArray[np.float64]](), 0
+    rows, done = list[npt.NDArray[np.float64]](), 0
 
     def flush() -> None:
         nonlocal done
@@ -193,24 +179,23 @@ def _interpreted(
             sink.append(np.concatenate(rows, axis=1))
         rows.clear()
 
-    def take(row: npt.NDArray[np.float64]) -> None:
+    def take(row: npt.NDArray[np.float64], last: Progress) -> None:
         rows.append(row)
         if len(rows) < CHUNK:
             return
         flush()
         if progress is not None:
             try:
-                progress(done * PERIOD, controller.last.move)
+                progress(done * PERIOD, last.move)
             except BaseException:
                 rig.stop()
                 rig.clock.wait(PERIOD)
-                sample, last = rig.read(), controller.last
-                sink.append(_switched_off(rolled, sample, last, rig.watch, twin.truth()))
+                off = _switched_off(rolled, rig.read(), last, rig.watch, twin.truth())
+                sink.append(off)
                 raise
 
-    state = loop.run(
-        rig, controller, rolled.plan, PERIOD, rolled.run.progress, take, round(seconds / PERIOD)
-    )
+    periods = round(seconds / PERIOD)
+    state = loop.run(rig, rolled.control, rolled.plan, PERIOD, rolled.run.progress, take, periods)
     flush()
     if progress is not None:
         progress(done * PERIOD, state.move)
