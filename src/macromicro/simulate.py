@@ -13,7 +13,6 @@ from macromicro import arrays, hall_table, interpreting, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Progress, Supervisor
-from macromicro.kernel import cache_folder, compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
@@ -96,29 +95,7 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
     )
 
 
-def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold the bench already."""
-    return any(cache_folder().rglob("loop.rollout*.nbi"))
-
-
-def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
-    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
-    rolled = prepare(settings, programme, fan)
-    if rolled.control.compiles:
-        compiled(loop.rollout)(*_given(rolled, 0))
-    else:
-        CompiledTwin(rolled.plant, 0)
-
-
-def runs_interpreted(settings: Settings, programme: Programme, fan: bool = False) -> bool:
-    """Whether a run is over before the bench would be compiled, so that it does not wait."""
-    rolled, periods = prepare(settings, programme, fan), expected(settings, programme) / PERIOD
-    if not rolled.control.compiles:
-        return False
-    return interpreting.is_quicker(loop.rollout, periods, *_given(rolled, 0))
-
-
-def _given(rolled: Rolled, count: int) -> tuple[Any, ...]:
+def given(rolled: Rolled, count: int) -> tuple[Any, ...]:
     """What the loop is given for so many periods, without noise yet."""
     rows = len(recorded.columns(rolled.control))
     return *rolled, np.empty((count, NOISES)), np.empty((rows, count)), PERIOD
@@ -220,7 +197,7 @@ def simulate(
     if not rolled.control.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
     periods, rows = expected(settings, programme) / PERIOD, len(recorded.columns(rolled.control))
-    advance = interpreting.quickest(loop.rollout, periods, *_given(rolled, 0))
+    advance = interpreting.quickest(loop.rollout, periods, *given(rolled, 0))
     random = noise_source(seed)
     run = arrays.own(rolled.run)
     limit = round(longest(settings, programme) / PERIOD)

@@ -9,7 +9,7 @@ from typing import Any
 from macromicro import joining, loop
 from macromicro import programme as programmes
 from macromicro.arrays import Array
-from macromicro.batch._variant_job import VariantJob
+from macromicro.batch.variant_job import VariantJob
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
 from macromicro.kernel import compiled

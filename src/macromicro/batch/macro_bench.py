@@ -6,7 +6,7 @@ import numpy as np
 
 from macromicro import recorded
 from macromicro.arrays import Array
-from macromicro.batch._variant_job import VariantJob
+from macromicro.batch.variant_job import VariantJob
 from macromicro.batch.variants import Metric, Variants, named
 from macromicro.columns import Column
 from macromicro.control import settings as control_settings

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from macromicro import interpreting
 from macromicro.columns import Column, whole
-from macromicro.kernel import cache_folder
 from macromicro.machines import (
     composite,
     correcting,
@@ -28,7 +26,7 @@ from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.period import Stages
 from macromicro.machines.planning import Planned
 from macromicro.machines.sequence import DONE, Plan
-from macromicro.machines.stage import Loop, compiles
+from macromicro.machines.stage import Loop
 from macromicro.machines.stage_trees import all_of
 from macromicro.place import plain
 from macromicro.rig.faults import SWITCHED_OFF, Fault
@@ -81,30 +79,8 @@ def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
     return float(plan.length.sum() + plan.hold.sum()) + float(each) * len(plan.target)
 
 
-def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold a machine already."""
-    return any(cache_folder().rglob("period.period*.nbi"))
-
-
-def runs_interpreted(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
-    """Whether a run is over before its machine would be compiled, so that it does not wait."""
-    stages, given = _begun(machine, settings, planned, 0)
-    if not all(map(compiles, stages.laws)):
-        return False
-    periods = expected(machine, settings, planned) / composite.period(machine, settings)
-    return interpreting.is_quicker(clocked.period(stages), periods, *given)
-
-
-def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
-    """Compile a machine, or load it from the cache."""
-    # Interpreted, a period shows whether its kernels compile.
-    count = 0 if all(map(compiles, composite.stages(machine).laws)) else 1
-    stages, given = _begun(machine, settings, planned, count)
-    clocked.fastest(stages)(*given)
-
-
-def _begun(machine: AnyMachine, settings: Any, planned: Planned, count: int) -> Any:
-    """The stages of a machine, and what its loop is given at the start for so many periods."""
+def begun(machine: AnyMachine, settings: Any, planned: Planned, count: int) -> Any:
+    """The stages of a machine, and what their loop is given at the start for so many periods."""
     stages, bench = composite.stages(machine), composite.bench(machine, settings)
     control = loops(machine, settings, planned)
     noise = tuple(np.zeros((count, kind.noises)) for kind in stages.kinds)

@@ -7,15 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from macromicro import interpreting
 from macromicro.batch.variants import Metric
 from macromicro.columns import Column
 from macromicro.drawing import files
 from macromicro.errors import ProblemError
-from macromicro.machines import composite, on_rig, performing, planning, results, trial
+from macromicro.machines import composite, on_rig, performing, period, planning, results, trial
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.machine import as_toml
 from macromicro.machines.on_rig import Rigs
 from macromicro.machines.planning import Planned
+from macromicro.machines.stage import compiles
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig.session import Fixture
@@ -38,7 +40,7 @@ On = Rigs | Sequence[Rig] | Rig | None
 class StageSetup(Setup):
     """Stages with a programme; `bench` has the settings of a simulated machine of another kind."""
 
-    remedy = results.REMEDY
+    remedy, kernels = results.REMEDY, "period.period"
 
     def __init__(
         self,
@@ -91,14 +93,20 @@ class StageSetup(Setup):
         how: Any = {"on": on, "seed": seed, "progress": progress, "bench": self.bench}
         return performing.perform(*self._simulated, sink, **how)
 
-    def is_compiled(self) -> bool:
-        return performing.is_compiled()
+    @property
+    def _compiles(self) -> bool:
+        return all(compiles(one.law) for _, one in self.machine.stages)
 
     def compile(self) -> None:
-        performing.compile_machine(*self._simulated)
+        # Interpreted, a period shows whether its kernels compile.
+        stages, given = performing.begun(*self._simulated, count=0 if self._compiles else 1)
+        period.fastest(stages)(*given)
 
     def runs_interpreted(self) -> bool:
-        return performing.runs_interpreted(*self._simulated)
+        stages, given = performing.begun(*self._simulated, count=0)
+        periods = self.expected / self.period
+        loop = period.period(stages)
+        return self._compiles and interpreting.is_quicker(loop, periods, *given)
 
     def found(self, rig: str, seed: int) -> tuple[Fixture, ...] | None:
         return on_rig.found(rig, self.machine, self.settings, seed)

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import hall_table, recorded, simulate
+from macromicro import hall_table, interpreting, loop, recorded, simulate
 from macromicro import programme as programmes
 from macromicro.batch import programme_metrics
 from macromicro.batch.variants import Metric
@@ -25,6 +25,7 @@ from macromicro.design.response import MoveResult
 from macromicro.design.tracking import followed, tracking
 from macromicro.design.vibration import vibration
 from macromicro.errors import ProblemError
+from macromicro.kernel import compiled
 from macromicro.lab import replay
 from macromicro.lab.machine import FLAGS, approach, follow, known, seen, under
 from macromicro.loop import PERIOD
@@ -35,6 +36,7 @@ from macromicro.recording import Recording
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.replay import SCHEME, Replay, opened
 from macromicro.rig.session import BENCH, Fixture
+from macromicro.rig.twin import CompiledTwin
 from macromicro.runs import arrivals, folder, keeping
 from macromicro.runs.arrivals import Rest
 from macromicro.runs.setup import Done, Progress, Setup
@@ -54,7 +56,7 @@ class TwoStageSetup(Setup):
     name, default, period, files = Settings().machine(), Settings(), PERIOD, folder.FILES
     metrics: tuple[Metric, ...] = programme_metrics.METRICS
     judged: tuple[str, ...] = programme_metrics.COLUMNS
-    usual = "thesis"
+    usual, kernels = "thesis", "loop.rollout"
     main = (
         *("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension"),
         "vibration",
@@ -129,14 +131,17 @@ class TwoStageSetup(Setup):
             outcome = follow(session, what, control, fixture.limits, filled, longest, progress)
         return outcome._replace(wall=time.perf_counter() - began)
 
-    def is_compiled(self) -> bool:
-        return simulate.is_compiled()
-
     def compile(self) -> None:
-        simulate.compile_bench(self.settings, self.programme, self.fan)
+        rolled = simulate.prepare(self.settings, self.programme, self.fan)
+        if rolled.control.compiles:
+            compiled(loop.rollout)(*simulate.given(rolled, 0))
+        else:
+            CompiledTwin(rolled.plant, 0)
 
     def runs_interpreted(self) -> bool:
-        return simulate.runs_interpreted(self.settings, self.programme, self.fan)
+        rolled = simulate.prepare(self.settings, self.programme, self.fan)
+        periods, given = self.expected / self.period, simulate.given(rolled, 0)
+        return rolled.control.compiles and interpreting.is_quicker(loop.rollout, periods, *given)
 
     def found(self, rig: str, seed: int) -> Place:
         if rig == TWIN:

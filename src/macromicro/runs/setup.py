@@ -12,6 +12,7 @@ import macromicro
 from macromicro.arrays import Array
 from macromicro.batch.variants import Metric
 from macromicro.columns import Column
+from macromicro.kernel import cache_folder
 from macromicro.place import LENGTH, Place
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -59,6 +60,7 @@ class Setup:
     files: tuple[str, ...]  # that its run may write
     place: Place = LENGTH  # units of its arrivals
     remedy: str  # where moves do not arrive
+    kernels: str  # name of the machine's loop in the compiler's cache
     usual: str = ""  # programme that runs where none is named; "": moves of the machine's own
     judged: tuple[str, ...] | None = None  # columns that `measured` reads; None: all
 
@@ -99,7 +101,7 @@ class Setup:
 
     def is_compiled(self) -> bool:
         """Whether the compiler's cache seems to hold such a machine already."""
-        raise NotImplementedError
+        return any(cache_folder().rglob(f"{self.kernels}*.nbi"))
 
     def compile(self) -> None:
         """Compile the simulated machine, or load it from the cache."""

@@ -18,7 +18,7 @@ from macromicro.schema.text import is_toml, printable
 
 if TYPE_CHECKING:
     from macromicro.batch import Job
-    from macromicro.batch._variant_job import VariantJob
+    from macromicro.batch.variant_job import VariantJob
 
 Factory = Callable[..., "Job"]
 Options = tuple[tuple[str, Any], ...]
