@@ -10,7 +10,7 @@ import pytest
 
 from macromicro import batch, simulate
 from macromicro.batch import Variants
-from macromicro.batch.machine_jobs import ProgrammeJob
+from macromicro.batch.programme_job import ProgrammeJob
 from macromicro.batch.programme_metrics import METRICS, directions
 from macromicro.design.response import moves
 from macromicro.errors import InputError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Variants
-from macromicro.batch.machine_jobs import ProgrammeJob
+from macromicro.batch.programme_job import ProgrammeJob
 from macromicro.batch.programme_metrics import METRICS, NAMES
 from macromicro.runs import job as run
 

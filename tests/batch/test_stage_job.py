@@ -10,7 +10,7 @@ from tests.machines import own
 
 from macromicro import batch
 from macromicro.batch import Variants
-from macromicro.batch.machine_jobs import StageJob
+from macromicro.batch.stage_job import StageJob
 from macromicro.control import outside
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines

@@ -38,7 +38,7 @@ __all__ = [
 _OWN = {
     "macro-bench": ("macro_bench", "MacroBenchJob"),
     "micro-bench": ("micro_bench", "MicroBenchJob"),
-    "programme": ("machine_jobs", "ProgrammeJob"),
+    "programme": ("programme_job", "ProgrammeJob"),
 }
 _MACHINES = ("axis", "piezo", "wire", "rotary", "xy")
 JOBS = (*_OWN, *_MACHINES)
@@ -77,7 +77,7 @@ def job(name: str, **options: Any) -> Job:
         made: Job = getattr(import_module(f"{__name__}.{module}"), kind)(**options)
         return made
     if name in _MACHINES or plugins.spelled(name) or is_toml(name):
-        from macromicro.batch.machine_jobs import StageJob
+        from macromicro.batch.stage_job import StageJob
 
         return StageJob(name, **options)
     accepted = f"{' or '.join(JOBS)}; MODULE:MACHINE of your own; or a machine's file (.toml)"

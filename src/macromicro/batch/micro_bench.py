@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from macromicro.batch.machine_jobs import TwoStageJob
+from macromicro.batch.programme_job import TwoStageJob
 from macromicro.batch.variants import Metric
 from macromicro.control import settings as control_settings
 from macromicro.design.response import smoothed

@@ -1,4 +1,4 @@
-"""A job that runs each variant of a machine's settings."""
+"""Jobs that run each variant of a machine's settings."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from macromicro.columns import Column
 from macromicro.control.macro import NAMES
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
+from macromicro.runs.setup import Setup
 from macromicro.schema.config import check
 from macromicro.settings import chosen
 
@@ -102,3 +103,21 @@ class VariantJob:
         units = {c.name: c.unit for c in self.columns() if c.name in self.traced}
         t = np.arange(rows * every, step=every, dtype=np.float64) * self.period
         return Trajectories(t, shown, units)
+
+
+class MachineJob(VariantJob):
+    """A machine with a programme, as `macromicro run` runs it, without a recording."""
+
+    def setup(self, settings: Any) -> Setup:
+        """The machine under settings with its programme."""
+        raise NotImplementedError
+
+    def one(self, settings: Any, seed: int) -> Any:
+        return self.setup(settings).trial(seed)
+
+    def courses(self, settings: Any, seed: int) -> dict[str, Array]:
+        recording, _ = self.setup(settings).seen(seed, ("t", *self.traced))
+        return {name: recording[name] for name in self.traced}
+
+    def columns(self) -> tuple[Column, ...]:
+        return self.setup(self._settings).columns()

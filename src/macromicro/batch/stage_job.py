@@ -1,88 +1,20 @@
-"""The jobs "programme" and those named by a machine: runs of a programme, judged by its metrics."""
+"""The jobs named by a machine: runs of a programme, judged by its metrics."""
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from macromicro import joining, loop
-from macromicro import programme as programmes
-from macromicro.arrays import Array
-from macromicro.batch.variant_job import VariantJob
-from macromicro.columns import Column
+from macromicro import joining
+from macromicro.batch.variant_job import MachineJob
 from macromicro.errors import ProblemError
-from macromicro.kernel import compiled
 from macromicro.machines import composite, compositions, setups
 from macromicro.machines.tree import is_own, joined
-from macromicro.programme import Programme
-from macromicro.programme.travel import limits
-from macromicro.runs.programmed import TwoStageSetup
 from macromicro.runs.setup import Setup
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import is_toml
-from macromicro.settings import Settings
 
 TRACED = ("position", "target", "effort")  # of each stage
-
-
-class MachineJob(VariantJob):
-    """A machine with a programme, as `macromicro run` runs it, without a recording."""
-
-    def setup(self, settings: Any) -> Setup:
-        """The machine under settings with its programme."""
-        raise NotImplementedError
-
-    def one(self, settings: Any, seed: int) -> Any:
-        return self.setup(settings).trial(seed)
-
-    def courses(self, settings: Any, seed: int) -> dict[str, Array]:
-        recording, _ = self.setup(settings).seen(seed, ("t", *self.traced))
-        return {name: recording[name] for name in self.traced}
-
-    def columns(self) -> tuple[Column, ...]:
-        return self.setup(self._settings).columns()
-
-
-class TwoStageJob(MachineJob):
-    traced = (
-        *("macro_reference", "macro_position", "motor", "micro_reference", "hall_position"),
-        *("ctrl", "laser", "phase"),
-    )
-
-    def prepare(self) -> None:
-        compiled(loop.rollout)
-
-
-class ProgrammeJob(TwoStageJob):
-    """The whole bench with supervisor and guard on a motion programme.
-
-    A bench with another Hall sensor is calibrated first, as in `macromicro run`.
-    """
-
-    name, metrics = "programme", TwoStageSetup.metrics
-
-    def __init__(
-        self,
-        programme: str = "thesis",
-        cycles: int = 1,
-        fan: bool = False,
-        seed: int = 0,
-        settings: Settings | None = None,
-    ) -> None:
-        super().__init__(Settings() if settings is None else settings, seed)
-        path = programmes.find(str(programme))
-
-        @cache
-        def loaded(pitch: float) -> Programme:
-            # One programme for all variants, whose stages may have less of their ways left.
-            return programmes.load(path, limits(self._settings.travel, pitch)).repeated(cycles)
-
-        self._loaded, self._fan = loaded, fan
-        self.setup(self._settings)  # what is wrong with the file is said at once
-
-    def setup(self, settings: Settings) -> TwoStageSetup:
-        return TwoStageSetup(settings, self._loaded(settings.sensors.encoder.pitch), fan=self._fan)
 
 
 class StageJob(MachineJob):
