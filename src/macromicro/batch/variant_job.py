@@ -22,7 +22,9 @@ from macromicro.settings import chosen
 
 
 class VariantJob:
-    """The path `beside` is an option of the job that a variant may set for itself.
+    """Runs each variant by itself.
+
+    The path `beside` is an option of the job that a variant may set for itself.
 
     All other variants share the job's seed, so that they differ only by their parameters.
     """
@@ -33,7 +35,7 @@ class VariantJob:
     block = 1
     beside = SEED
     period = PERIOD
-    refuses = False  # settings that no file could have
+    refuses = False  # whether settings that no file could have are an error
 
     def __init__(self, settings: Any, seed: int = 0) -> None:
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
