@@ -1,4 +1,4 @@
-"""A stage of the two-stage machine follows set points: where it goes, when it is done or stalled."""
+"""Where a stage goes that follows set points, when it is done, and when it has stalled."""
 
 from __future__ import annotations
 
