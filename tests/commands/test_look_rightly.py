@@ -18,8 +18,7 @@ from scipy.io import savemat
 from macromicro import cli
 from macromicro.hysteresis import prandtl
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.look._columns import saturated, wrapped
-from macromicro.identify.look.told import look
+from macromicro.identify.look import look, saturated, wrapped
 from tests.identify.test_stress_map import loop
 
 RNG = np.random.default_rng(5)

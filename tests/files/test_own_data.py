@@ -12,7 +12,7 @@ from macromicro.files._text import UnreadLinesWarning
 from macromicro.files.reading import read
 from macromicro.identify import from_files
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.look.told import look
+from macromicro.identify.look import look
 from macromicro.identify.picking import MissingRowsWarning, UnitWarning
 
 DT = 0.005

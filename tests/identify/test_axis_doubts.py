@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import drive
-from macromicro.identify._axis_doubts import against, coarse, directions, jumps
+from macromicro.identify._axis_hints import against, coarse, directions, jumps
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Estimate
-from macromicro.identify.kinds.drive_file import about
+from macromicro.identify.kinds.drive_report import about
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 

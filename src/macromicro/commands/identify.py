@@ -389,7 +389,7 @@ def _work(
     as_json: bool,
     machine: Path | None,
 ) -> None:
-    from macromicro.identify.kinds import drive_file, fitted
+    from macromicro.identify.kinds import drive_report, fitted
     from macromicro.identify.result import NAMES
     from macromicro.identify.search import until
     from macromicro.machines import identified
@@ -406,7 +406,7 @@ def _work(
         if known is not None:
             found.toml = identified.merged(found, known)
             words = f"identified mass and friction, all else from {known.file}"
-            found.remarks = [r for r in found.remarks if r[0] not in drive_file.ABOUT]
+            found.remarks = [r for r in found.remarks if r[0] not in drive_report.ABOUT]
             found.remarks.append(("model.toml", words))
     if out is not None:
         with folder.staged(out, NAMES) as place:

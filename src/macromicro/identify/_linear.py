@@ -15,7 +15,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify._autoregression import autoregression
+from macromicro.identify._disturbances import autoregression
 from macromicro.identify.clusters import Spread, by_scores
 from macromicro.identify.records import Record, Signals, records
 from macromicro.identify.search import least_squares, triangle

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import _counts, clusters
-from macromicro.identify._ripple import Ripple, ripple
+from macromicro.identify._disturbances import Ripple, ripple
 from macromicro.identify.axis_inverse import differences
 from macromicro.identify.clusters import Spread
 from macromicro.identify.engine import Fit, Index, Pieces, Simulated, Space, cleared, fit, settled

@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _axis_doubts, _axis_hints, _moved_mass, clusters
-from macromicro.identify._axis_instruments import instrumented, under
+from macromicro.identify import _axis_hints, _moved_mass, clusters
 from macromicro.identify._choose import Judged, turn
 from macromicro.identify._moved_mass import Model
 from macromicro.identify.axis import Axis, late, simulate
@@ -25,7 +24,9 @@ from macromicro.identify.axis_inverse import (
     Rows,
     differences,
     fitted,
+    instrumented,
     plausible,
+    under,
     with_lag,
 )
 from macromicro.identify.notices import DataWarning, notice
@@ -228,7 +229,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     if eccentric is None:
         _axis_hints.warned_of_load(rows, judged.structure)
     inverse = instrumented(rows, fitted(rows, judged.structure))
-    _axis_doubts.against(inverse)
+    _axis_hints.against(inverse)
     if not plausible(inverse):
         notice(
             DataWarning,
@@ -260,9 +261,9 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         clusters.mixed(inverse.spread, inverse.names, inverse.values)
         starts, free = _free_runs(records, model, inverse.axis, fit.starts)
         residuals = tuple(r.x - run for r, run in zip(runs, free, strict=True))
-    _axis_doubts.apart(inverse, refined)
-    _axis_doubts.mixed(inverse.names, rows)
-    _axis_doubts.coarse((inverse.axis, fit.axis), runs[0].dt)
+    _axis_hints.apart(inverse, refined)
+    _axis_hints.mixed(inverse.names, rows)
+    _axis_hints.coarse((inverse.axis, fit.axis), runs[0].dt)
     return DriveFit(
         judged.structure,
         inverse,
@@ -284,7 +285,7 @@ def _parts(runs: list[Run]) -> list[Run]:
     if not _moved_mass.is_long(runs):
         return runs
     for k, run in enumerate(runs):
-        _axis_doubts.jumps(run, f"record[{k}].x")
+        _axis_hints.jumps(run, f"record[{k}].x")
     return _moved_mass.stretches(runs)
 
 
@@ -374,7 +375,7 @@ def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
             raise ProblemError(
                 f"record[{i}].x", f"the position is constant at {run.x[0]:g}", "Record a motion."
             )
-        _axis_doubts.jumps(run, f"record[{i}].x")
+        _axis_hints.jumps(run, f"record[{i}].x")
         corner = CUTOFF / run.dt if filtering.cutoff is None else filtering.cutoff
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
@@ -426,4 +427,4 @@ def _blocks(run: Run) -> list[Run]:
 
 def _directions(records: list[Run]) -> set[float]:
     speeds = np.concatenate([_moved_mass.located(r, False)[1] for r in records])
-    return _axis_doubts.directions(speeds, _SHARE)
+    return _axis_hints.directions(speeds, _SHARE)

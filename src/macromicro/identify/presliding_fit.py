@@ -14,10 +14,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _moved_mass, clusters
 from macromicro.identify._choose import held_out, no_better, typical
+from macromicro.identify._disturbances import Ripple
 from macromicro.identify._moved_mass import Model, located
 from macromicro.identify._moved_mass import pieces as cut
 from macromicro.identify._moved_mass import space as mass_space
-from macromicro.identify._ripple import Ripple
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_fit import DriveFit, Driven, drive, runs_of
 from macromicro.identify.engine import Fit, Pieces, Space, fit, settled

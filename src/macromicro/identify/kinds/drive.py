@@ -18,7 +18,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import drive_file, drive_words, model_file
+from macromicro.identify.kinds import drive_report, model_file
 from macromicro.identify.picking import RUN, Picking, Role, T, matched, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
@@ -103,7 +103,7 @@ class Loaded(NamedTuple):
 
     @property
     def force(self) -> str:
-        return drive_words.newton(self.place) if abs(self.gain) != 1.0 else self.u
+        return drive_report.newton(self.place) if abs(self.gain) != 1.0 else self.u
 
 
 class Part(NamedTuple):
@@ -138,7 +138,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: Part) -> Result:
-    _report.undetermined(part.lines, drive_words.ABOVE_ZERO)
+    _report.undetermined(part.lines, drive_report.ABOVE_ZERO)
     t, x = [r.t for r in records.runs], [r.x for r in records.runs]
     each = zip(fit.free_run, fit.residuals, strict=True)
     percent = fit_percent([free + left for free, left in each], fit.free_run)
@@ -146,7 +146,7 @@ def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: 
     remarks = [
         ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {unit} over {samples} samples"),
         *part.remarks,
-        *drive_words.late(records.delay),
+        *drive_report.late(records.delay),
         *part.more,
     ]
     data = {"rms": fit.rms, "fit_percent": percent, "gain": records.gain, **part.data}
@@ -169,11 +169,11 @@ def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: 
 def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
     from macromicro.identify.axis_fit import start
 
-    units = drive_words.units_of(records.force, records.place)
+    units = drive_report.units_of(records.force, records.place)
     if not records.named:
         units = dict.fromkeys(units, "") | {"delay": "s"}
-    method = drive_words.METHODS[fit.surest is not fit.inverse]
-    tried = drive_words.structure(
+    method = drive_report.METHODS[fit.surest is not fit.inverse]
+    tried = drive_report.structure(
         "force error on held-out data", fit.structure, fit.holdout, fit.reasons, math.inf
     )
     remarks = [
@@ -181,8 +181,8 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         ("method", f"{method}, the more accurate one"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", tried),
-        drive_words.slow("offset"),
-        *drive_words.repeated(fit.refined.repeats, records.force, records.place),
+        drive_report.slow("offset"),
+        *drive_report.repeated(fit.refined.repeats, records.force, records.place),
     ]
     more = []
     if not records.named:
@@ -190,12 +190,12 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         said = f"none given for {bare}; the parameters are in the units of the columns"
         more.append(("units", said))
     if records.gain != 1.0:
-        newton = drive_words.newton(records.place)
+        newton = drive_report.newton(records.place)
         more.append(("gain", f"{records.gain:g} {newton}/{records.u}, {records.gain_by}"))
-    toml = drive_file.settings(
+    toml = drive_report.settings(
         fit, records.runs, records.force, records.place, units, options.endless
     )
-    more += drive_file.limits(toml, records.runs, (records.u, records.place))
+    more += drive_report.limits(toml, records.runs, (records.u, records.place))
     data = {
         "structure": fit.structure,
         "delay": fit.delay,
@@ -211,7 +211,7 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
     return Part(
         fit.axis,
         _title("gain u", options.eccentric),
-        drive_words.rigid_lines(fit, units, records.runs[0].dt),
+        drive_report.rigid_lines(fit, units, records.runs[0].dt),
         remarks,
         more,
         data,
@@ -224,20 +224,20 @@ def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
     from macromicro.identify.sprung_fit import same, started
 
     unit = records.output
-    units = drive_words.units_of(records.force, records.place, records.u, not options.free)
-    lines = drive_words.sprung_lines(fit, units)
+    units = drive_report.units_of(records.force, records.place, records.u, not options.free)
+    lines = drive_report.sprung_lines(fit, units)
     runs = zip(fit.free_run, fit.residuals, strict=True)
     most = max(float(np.ptp(free + left)) for free, left in runs)
     head = f"RMS on pieces held out in turn, in {unit}"
     ends = f"{fit.ends[0]:.4g}" + (f" to {fit.ends[-1]:.4g}" if len(fit.ends) > 1 else "")
     remarks = [
-        ("structure", drive_words.structure(head, fit.friction, fit.holdout, fit.reasons, most)),
+        ("structure", drive_report.structure(head, fit.friction, fit.holdout, fit.reasons, most)),
         ("searches", f"{same(fit.ends)} of {len(fit.ends)} end there; RMS {ends} {unit}"),
         ("starts", "position and speed at the start of each record are fitted too"),
     ]
     if "offset" in fit.names:
-        remarks.append(drive_words.slow("rest" if fit.load.spring else "offset"))
-    remarks += drive_words.repeated(fit.repeats, units["coulomb"], unit)
+        remarks.append(drive_report.slow("rest" if fit.load.spring else "offset"))
+    remarks += drive_report.repeated(fit.repeats, units["coulomb"], unit)
     more = [("free motion", "without a drive, forces are per mass")] if options.free else []
     data = {
         "structure": fit.friction,
@@ -261,21 +261,21 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
     from macromicro.identify.axis_fit import start
 
     place = records.place
-    units = drive_words.units_of(records.force, place)
+    units = drive_report.units_of(records.force, place)
     if not records.named:
         units = dict.fromkeys(units, "") | {"settling": "s"}
-    lines = drive_words.elastic_lines(fit, units, place)
-    nodes, levels = drive_words.nodes_of(fit), fit.model.levels
+    lines = drive_report.elastic_lines(fit, units, place)
+    nodes, levels = drive_report.nodes_of(fit), fit.model.levels
     head = f"RMS of free runs over pieces held out, in {place}"
-    tried = drive_words.structure(head, fit.taken, fit.judged, fit.reasons, math.inf)
-    remarks = [("structure", tried), drive_words.slow("offset")]
+    tried = drive_report.structure(head, fit.taken, fit.judged, fit.reasons, math.inf)
+    remarks = [("structure", tried), drive_report.slow("offset")]
     values: dict[str, tuple[Any, str]] = {"friction": (fit.friction, ""), **_report.notes(lines)}
     if len(nodes) > 1:
         values["low"] = (fit.model.low, "place of the first level")
         values["high"] = (fit.model.high, "place of the last one")
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
-    remarks += drive_words.repeated(fit.repeats, records.force, place)
+    remarks += drive_report.repeated(fit.repeats, records.force, place)
     data = {
         "structure": fit.friction,
         "taken": fit.taken,

@@ -20,12 +20,12 @@ from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
 from macromicro.identify import _report
 from macromicro.identify._report import Pair as Prediction
+from macromicro.identify.kiln import window_means
 from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, pick, railed, there
 from macromicro.identify.picking import T as TIME
 from macromicro.identify.result import Line, Result
-from macromicro.identify.smoothing import window_means
 from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
@@ -471,9 +471,8 @@ def cleaned(table: Picked, least: int = 20) -> Pair:
         problem, remedy = f"the file has {len(u)} rows", f"Give {least} rows or more."
         raise ProblemError(table.file, problem, remedy)
     if table.names["u"] == "thermocouple" and "t" in table.values:
-        from macromicro.identify.kiln import NOISE_S
+        from macromicro.identify.kiln import NOISE_S, without_spikes
         from macromicro.identify.runs import checked
-        from macromicro.identify.smoothing import without_spikes
 
         run = checked(table.values["t"], u, f, table.file)
         u, f = without_spikes(run.t, run.u).values, run.x
