@@ -10,8 +10,8 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify import _linear_hints
-from macromicro.identify._linear_hints import Asked, Hint, constant, hints
+from macromicro.identify.kinds import linear as _linear_hints
+from macromicro.identify.kinds.linear import Asked, Hint, constant, hints
 
 DT = 1e-3
 

@@ -17,9 +17,9 @@ from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing import phases
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
-from macromicro.identify.axis import simulate
 from macromicro.identify.clusters import NORMAL
 from macromicro.machines.parts import LOAD
+from macromicro.models.mass import simulate
 from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:

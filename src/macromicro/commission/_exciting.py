@@ -8,7 +8,7 @@ import numpy as np
 
 from macromicro.commission._probing import Direction, Ends, go
 from macromicro.commission.stand import Caution, CommissionError, Record, Stand
-from macromicro.identify.axis import Axis
+from macromicro.models.mass import Axis
 
 # The mass is unknown, but friction helps to brake: the distance of an acceleration suffices to stop
 # under the same effort, so a stroke brakes half-way to the end of the window at the latest. Short

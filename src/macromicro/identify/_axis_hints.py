@@ -19,8 +19,6 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import clusters
-from macromicro.identify._choose import FOLDS, Judged, no_better, simplest, turn, typical
-from macromicro.identify.axis import Axis, late
 from macromicro.identify.axis_inverse import (
     BLOCKS,
     HELD,
@@ -33,8 +31,10 @@ from macromicro.identify.axis_inverse import (
     linear,
     plausible,
 )
+from macromicro.identify.engine import FOLDS, Judged, no_better, simplest, turn, typical
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, late
 
 _STRANGE = 3.0  # standard errors by which what nobody spoke of must gain: several are looked for
 _EXACT = 2e-3  # of the force: a model that misses by less has no such trouble

@@ -15,9 +15,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _axis_hints, _moved_mass, clusters
-from macromicro.identify._choose import Judged, turn
 from macromicro.identify._moved_mass import Model
-from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -29,11 +27,12 @@ from macromicro.identify.axis_inverse import (
     under,
     with_lag,
 )
+from macromicro.identify.engine import Judged, turn
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import fit_percent, flag_saturation
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.sprung_fit import FIT, Load, SprungFit, concluded
-from macromicro.models.mass import motion
+from macromicro.models.mass import Axis, late, motion, simulate
 
 _LEAST = 200
 _SHARE = 0.05  # of the time: an axis that goes back for less shows no friction in that direction

@@ -27,10 +27,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import clusters
 from macromicro.identify._disturbances import Ripple
-from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.clusters import Spread
 from macromicro.identify.runs import Run
 from macromicro.identify.search import triangle
+from macromicro.models.mass import Axis, late, simulate
 
 # Parameters of each structure, from the poorest to the richest.
 STRUCTURES: dict[str, tuple[str, ...]] = {
@@ -185,12 +185,12 @@ def columns(
     """The regressors with the force as the last column, filtered and decimated alike."""
     # Rows around which the axis stands for half the time or more are left out, since friction at
     # rest balances any force. A mere reversal stays in.
-    asked = [n for n in names if n in _TERMS]
+    asked = [n for n in names if n in TERMS]
     rough = [n not in SMOOTH for n in asked]
 
     def made() -> Iterator[Array]:  # one by one: records may be long
         for name in asked:
-            yield _TERMS[name](rows, stribeck_speed)
+            yield TERMS[name](rows, stribeck_speed)
         if forced:
             yield late(rows.force, HELD)
 
@@ -202,7 +202,7 @@ def _fading(rows: Rows, speed: float) -> Array:
 
 
 # What a unit of each parameter adds to the force, by Stribeck's speed.
-_TERMS: dict[str, Callable[[Rows, float], Array]] = {
+TERMS: dict[str, Callable[[Rows, float], Array]] = {
     "mass": lambda rows, _: rows.a,
     "viscous": lambda rows, _: rows.v,
     "coulomb": lambda rows, _: np.sign(rows.v),
@@ -212,6 +212,7 @@ _TERMS: dict[str, Callable[[Rows, float], Array]] = {
     SPEED: lambda rows, speed: _fading(rows, speed) * 2.0 * rows.v**2 / speed**3,
     "sine": lambda rows, _: np.sin(rows.run.x),
     "cosine": lambda rows, _: np.cos(rows.run.x),
+    "spring": lambda rows, _: rows.run.x,
 }
 
 

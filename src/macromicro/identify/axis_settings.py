@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from macromicro.identify.axis import Axis
 from macromicro.identify.eccentric import Eccentric
+from macromicro.models.mass import Axis
 from macromicro.place import ANGLE
 
 GRAVITY = 9.80665  # m/s^2

@@ -117,7 +117,13 @@ def inferred_step(
     table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
 ) -> StepRecord:
     """Figure 5.10b: temperature rise during a step from full extension; `ambient` in deg C."""
-    t, x = averaged(trials)
+    return step_of(table, *averaged(trials), ambient, doubt)
+
+
+def step_of(
+    table: FodTable, t: Array, x: Array, ambient: float, doubt: Doubt | None = None
+) -> StepRecord:
+    """The same of mean positions over time; `x` in mm."""
     found = on_heating(table, x, doubt)
     width = found.high - found.low
     usable = (width <= WIDEST_BAND) & (found.slope > 0.0)
@@ -193,7 +199,11 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
         raise ProblemError(
             "cooling record, ctrl", "CTRL never returns to 0", "Record a step that ends at 0 V."
         )
-    begin = int(off[0]) + 1
+    return fall_of(table, t, x, int(off[0]) + 1, ambient)
+
+
+def fall_of(table: FodTable, t: Array, x: Array, begin: int, ambient: float) -> CoolingFit:
+    """The same of mean positions over time, from the first sample at 0 V; `x` in mm."""
     before = t >= t[begin] - 0.05
     peak = float(on_heating(table, [x[before & (t < t[begin])].mean()]).temperature[0])
     found = on_cooling(table, x[begin:], peak)

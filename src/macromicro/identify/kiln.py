@@ -35,15 +35,21 @@ class Profile(NamedTuple):
     position: Array  # mm
 
 
+def denoised(t: Array, temperature: Array, dt: float, noise: float = NOISE_S) -> Array:
+    """A thermocouple's readings without spikes and noise."""
+    smooth = without_spikes(t, temperature).values
+    samples = int(noise / dt) | 1
+    if not 5 <= samples <= len(smooth):
+        return smooth
+    from scipy.signal import savgol_filter
+
+    return np.asarray(savgol_filter(smooth, samples, 2), dtype=np.float64)
+
+
 def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
     """Time, temperature without spikes and noise, and position of a kiln recording."""
     t = signal(recording["t"], "t")
-    temperature = without_spikes(t, recording["thermocouple"]).values
-    samples = int(noise / recording.dt) | 1
-    if samples >= 5:
-        from scipy.signal import savgol_filter
-
-        temperature = np.asarray(savgol_filter(temperature, samples, 2), dtype=np.float64)
+    temperature = denoised(t, recording["thermocouple"], recording.dt, noise)
     return Profile(t, temperature, signal(recording["position"], "position"))
 
 

@@ -12,12 +12,11 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _moved_mass, clusters
-from macromicro.identify._choose import Judged, held_out, simplest
 from macromicro.identify._disturbances import Ripple
 from macromicro.identify._moved_mass import CORNER, Model, located
-from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES, differences
+from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES, TERMS, differences
 from macromicro.identify.clusters import Spread
-from macromicro.identify.engine import Fit
+from macromicro.identify.engine import Fit, Judged, held_out, simplest
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
@@ -241,10 +240,10 @@ def moving(records: Sequence[Run], model: Model) -> tuple[list[Run], Axis]:
 
 
 def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None = None) -> list[Fit]:
-    begins = begins(records, model)
+    starts = begins(records, model)
     if poorer is not None:  # a simpler friction is next to the richer one
-        begins = [poorer, begins[0]]
-    ends = _moved_mass.fitted(records, model, begins, lead)
+        starts = [poorer, starts[0]]
+    ends = _moved_mass.fitted(records, model, starts, lead)
     if not ends:
         raise ProblemError(
             "record", "no search converged", "Record a motion that the model can follow."
@@ -389,21 +388,15 @@ def _table(records: Sequence[Run], model: Model, fades: float | None = None) -> 
         rows = differences(r._replace(x=place), r.u, CORNER / r.dt, 1)
         moves = np.abs(rows.v) > _STILL * np.abs(rows.v).max()
         speed = fades or _USUAL * float(np.abs(rows.v).max())
-        made = {
-            "mass": rows.a,
-            "viscous": rows.v,
-            "coulomb": np.sign(rows.v),
-            "asymmetry": np.abs(rows.v),
-            "offset": np.ones_like(rows.v),
-            "stribeck": np.sign(rows.v) * np.exp(-((rows.v / speed) ** 2)),
-            "spring": place,
-            "sine": np.sin(place),
-            "cosine": np.cos(place),
-        }
-        columns = np.stack([made[n] for n in model.names if n not in _NO_COLUMN], axis=1)
+        columns = [TERMS[n](rows, speed) for n in model.names if n not in _NO_COLUMN]
         force = np.clip(r.u, -limit, limit) if "mass" in model.names else -rows.a
         parts.append(
-            _Table(columns[moves], force[moves], place[moves], np.full(moves.sum(), number))
+            _Table(
+                np.stack(columns, axis=1)[moves],
+                force[moves],
+                place[moves],
+                np.full(moves.sum(), number),
+            )
         )
     table = _Table(*(np.concatenate(each) for each in zip(*parts, strict=True)))
     if "spring" in model.names and "offset" not in model.names:

@@ -11,9 +11,9 @@ from tests.identify.kinds.fits import AXIS, DT, HUNG, HUNG_NAMES, HUNG_STD, NAME
 
 from macromicro import settings
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis
 from macromicro.identify.kinds import drive_report
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis
 from macromicro.place import LENGTH
 from macromicro.schema.par import changed
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report
@@ -97,6 +98,11 @@ class Loaded(NamedTuple):
     bare: tuple[str, ...]  # columns without a unit
 
     @property
+    def columns(self) -> tuple[list[Array], list[Array], list[Array]]:
+        """Times, inputs and outputs of the records."""
+        return [r.t for r in self.runs], [r.u for r in self.runs], [r.x for r in self.runs]
+
+    @property
     def named(self) -> bool:
         """Whether the parameters' units are known."""
         return "x" not in self.bare and ("u" not in self.bare or abs(self.gain) != 1.0)
@@ -139,7 +145,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
 def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: Part) -> Result:
     _report.undetermined(part.lines, drive_report.ABOVE_ZERO)
-    t, x = [r.t for r in records.runs], [r.x for r in records.runs]
+    t, _, x = records.columns
     each = zip(fit.free_run, fit.residuals, strict=True)
     percent = fit_percent([free + left for free, left in each], fit.free_run)
     samples, unit = sum(map(len, t)), records.output
@@ -320,9 +326,7 @@ def _rigid(records: Loaded, options: Options) -> DriveFit:
 
     def fitted(eccentric: bool | None) -> DriveFit:
         return drive(
-            [r.t for r in records.runs],
-            [r.u for r in records.runs],
-            [r.x for r in records.runs],
+            *records.columns,
             gain=records.gain,
             structure=options.structure,
             limit=options.limit,
@@ -354,9 +358,7 @@ def _elastic(records: Loaded, options: Options) -> PreslidingFit:
     from macromicro.identify import presliding_fit
 
     return presliding_fit.presliding_drive(
-        [r.t for r in records.runs],
-        [r.u for r in records.runs],
-        [r.x for r in records.runs],
+        *records.columns,
         friction=options.structure,
         along=options.along,
         gain=records.gain,

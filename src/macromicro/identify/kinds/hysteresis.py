@@ -471,16 +471,11 @@ def cleaned(table: Picked, least: int = 20) -> Pair:
         problem, remedy = f"the file has {len(u)} rows", f"Give {least} rows or more."
         raise ProblemError(table.file, problem, remedy)
     if table.names["u"] == "thermocouple" and "t" in table.values:
-        from macromicro.identify.kiln import NOISE_S, without_spikes
+        from macromicro.identify.kiln import denoised
         from macromicro.identify.runs import checked
 
         run = checked(table.values["t"], u, f, table.file)
-        u, f = without_spikes(run.t, run.u).values, run.x
-        samples = int(NOISE_S / run.dt) | 1
-        if 5 <= samples <= len(u):
-            from scipy.signal import savgol_filter
-
-            u = np.asarray(savgol_filter(u, samples, 2), dtype=np.float64)
+        u, f = denoised(run.t, run.u, run.dt), run.x
     return u, f
 
 
