@@ -19,7 +19,7 @@ from macromicro import cli
 from macromicro.hysteresis import prandtl
 from macromicro.identify.look import look, saturated, wrapped
 from macromicro.models.mass import Axis, simulate
-from tests.identify.test_stress_map import loop
+from tests.identify.kinds.test_stress_map import loop
 
 RNG = np.random.default_rng(5)
 N = 2000
