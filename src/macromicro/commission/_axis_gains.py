@@ -138,10 +138,8 @@ def robustness(settings: Any, model: Model) -> Robustness:
 OBJECTIVE = "settling"
 LEAST = 0.5  # distance of the loop from -1: a peak of its sensitivity of 2
 _EVALUATIONS = 80
-_LOOKED, _SPARE = (
-    20,
-    1.06,
-)  # drawn models on which a design is looked at, and what more they ask for
+_LOOKED = 20  # drawn models on which a design is looked at
+_SPARE = 1.06  # times the margin that all drawn models must keep
 
 
 def models(settings: Any, model: Model) -> Iterator[Any]:

@@ -15,9 +15,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked

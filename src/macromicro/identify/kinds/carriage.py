@@ -10,10 +10,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
-from macromicro.identify.kinds import model_file
 from macromicro.identify.picking import RUN, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.par import entries

@@ -17,9 +17,9 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import drive_report, model_file
+from macromicro.identify.kinds import drive_report
 from macromicro.identify.picking import RUN, Picking, Role, T, matched, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify import model_file
 from macromicro.identify.runs import Run
 from macromicro.place import PLACES, Place
 

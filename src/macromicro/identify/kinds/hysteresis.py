@@ -18,10 +18,9 @@ from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.curves import Kind, direction
 from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair as Prediction
 from macromicro.identify.kiln import window_means
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, pick, railed, there
 from macromicro.identify.picking import T as TIME

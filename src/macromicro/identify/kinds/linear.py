@@ -11,10 +11,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _report, clusters
+from macromicro.identify import _report, clusters, model_file
 from macromicro.identify._linear import Start, free_runs, iterated, prepared
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
 from macromicro.identify.records import fit_percent

@@ -11,9 +11,8 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
 from macromicro.hysteresis.prandtl_rate import RateFit
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.hysteresis import ROLES, cleaned
 from macromicro.identify.picking import Picked, Picking, loaded
 from macromicro.identify.result import Line, Result

@@ -13,9 +13,8 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
 from macromicro.hysteresis.diagnostics import reversals
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, Picking, Role
 from macromicro.identify.result import Line, Result

@@ -13,7 +13,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
 from macromicro.identify.heating import (
@@ -27,7 +27,6 @@ from macromicro.identify.heating import (
     steady,
     step_of,
 )
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, sampled
 from macromicro.identify.result import Line, Result
