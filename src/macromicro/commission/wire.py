@@ -235,13 +235,19 @@ def records(every: Sequence[Record], found: Wire, dt: float) -> Figure:
 def loop(heat: Heat) -> Figure:
     """The model's contraction over steady effort, both ways."""
     figure, axes = new(2.8, 1)
+    h, warming, cooling = _branches(heat)
+    line(axes[0, 0], h, warming * 1e3, RED, "warming")
+    line(axes[0, 0], h, cooling * 1e3, BLUE, "cooling")
+    finish(axes[0, 0], "Loop", "steady effort [V]", "contraction [mm]", legend=True)
+    return figure
+
+
+def _branches(heat: Heat) -> tuple[Array, Array, Array]:
+    """Heats, and the model's contraction there while it warms and while it cools."""
     h = np.linspace(0.0, 1.1 * heat.end, 200)
     up = [branch((k - heat.start) / (heat.end - heat.start), heat.warming) for k in h]
     down = [branch((k - heat.last) / (heat.first - heat.last), heat.cooling) for k in h]
-    line(axes[0, 0], h, heat.way * np.array(up) * 1e3, RED, "warming")
-    line(axes[0, 0], h, heat.way * np.array(down) * 1e3, BLUE, "cooling")
-    finish(axes[0, 0], "Loop", "steady effort [V]", "contraction [mm]", legend=True)
-    return figure
+    return h, heat.way * np.array(up), heat.way * np.array(down)
 
 
 def first_order(found: Curves, heat: Heat) -> Figure:
@@ -252,14 +258,9 @@ def first_order(found: Curves, heat: Heat) -> Figure:
     line(ax, h, x * 1e3, BLACK, "first warming")
     for k, one in enumerate(found.every):
         line(ax, one.heat, one.x * 1e3, BLUE, "" if k else "down, and up again")
-    at = np.linspace(0.0, 1.1 * heat.end, 200)
-    for low, high, bend in (
-        (heat.start, heat.end, heat.warming),
-        (heat.last, heat.first, heat.cooling),
-    ):
-        share = np.array([branch((v - low) / (high - low), bend) for v in at])
-        name = "model" if low == heat.start else ""
-        line(ax, at, heat.way * share * 1e3, RED, name, linestyle="--")
+    at, *both = _branches(heat)
+    for way, name in zip(both, ("model", ""), strict=True):
+        line(ax, at, way * 1e3, RED, name, linestyle="--")
     finish(ax, "First-order curves", "heat [V]", "contraction [mm]", legend=True)
     return figure
 

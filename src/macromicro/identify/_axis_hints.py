@@ -60,13 +60,8 @@ _LIMITS = np.arange(0.4, 1.0 + 0.5 * _STEP, _STEP)
 
 def part(rows: Rows, where: slice) -> Rows:
     run = Run(*(column[where] for column in rows.run))
-    return rows._replace(
-        run=run,
-        force=rows.force[where],
-        v=rows.v[where],
-        a=rows.a[where],
-        still=rows.still[where],
-    )
+    force, v, a = (each[where] for each in (rows.force, rows.v, rows.a))
+    return rows._replace(run=run, force=force, v=v, a=a, still=rows.still[where])
 
 
 def divided(record: Rows, count: int) -> list[Rows]:

@@ -45,15 +45,9 @@ class Pieces(NamedTuple):
         return np.concatenate([[0], np.cumsum(self.many)])
 
     def some(self, kept: npt.NDArray[np.bool_]) -> Pieces:
-        return Pieces(
-            self.force,
-            self.first[kept],
-            self.many[kept],
-            self.dt[kept],
-            self.x[kept],
-            self.v[kept],
-            self.y[np.repeat(kept, self.many)],
-        )
+        first, many = self.first[kept], self.many[kept]
+        dt, x, v = (each[kept] for each in (self.dt, self.x, self.v))
+        return Pieces(self.force, first, many, dt, x, v, self.y[np.repeat(kept, self.many)])
 
     def totals(self, values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, self.edges[:-1]))

@@ -81,13 +81,9 @@ def _toml(value: Any) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):
-        if math.isfinite(value):
-            return (
-                f"{float(value):.9g}"
-                if value % 1.0
-                else f"{value:.9e}"
-                if abs(value) >= 1e9
-                else f"{value:.1f}"
-            )
-        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
+        if not math.isfinite(value):
+            return str(value)
+        if value % 1.0:
+            return f"{value:.9g}"
+        return f"{value:.9e}" if abs(value) >= 1e9 else f"{value:.1f}"
     return "[" + ", ".join(_toml(v if isinstance(v, str) else float(v)) for v in value) + "]"

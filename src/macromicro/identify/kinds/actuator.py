@@ -241,9 +241,6 @@ def _branches(fit: WireFit) -> Figure:
     at = table.lo + table.step * np.arange(last + 1, dtype=np.float64)
     rise: Array = table.f_low + table.values[:, 0]
     fall: Array = table.f_low + table.span - table.values[last, :]
-    return pictures.points(
-        "branches without load, by the temperature that is counted in",
-        "temperature [degC]",
-        "contraction [mm]",
-        [("while it warms", at, rise, "-"), ("while it cools", at, fall, "-")],
-    )
+    title = "branches without load, by the temperature that is counted in"
+    series = [("while it warms", at, rise, "-"), ("while it cools", at, fall, "-")]
+    return pictures.points(title, "temperature [degC]", "contraction [mm]", series)

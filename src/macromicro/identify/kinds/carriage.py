@@ -90,23 +90,13 @@ def identify(picking: Picking, options: Options) -> Result:
             r.counts + 0.5 - m[0] / fit.model.pitch
             for r, m in zip(fit.records, fit.motion, strict=True)
         ]
-        free = [
-            Pair(
-                "",
-                np.arange(len(r.u), dtype=np.float64) * fit.dt,
-                r.counts,
-                carriage.free_run(fit.model, r, fit.dt),
-            )
-            for r in fit.records
-        ]
-        return Curves(free, "counts", fit.dt, left)
+        counts = [r.counts for r in fit.records]
+        times = [np.arange(len(one), dtype=np.float64) * fit.dt for one in counts]
+        free = [carriage.free_run(fit.model, r, fit.dt) for r in fit.records]
+        return Curves(_report.pairs(times, counts, free), "counts", fit.dt, left)
 
     title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
-    data = {
-        "surprise": fit.surprise,
-        "strokes": strokes,
-        "swing_rms_m": fit.swing_rms,
-    }
+    data = {"surprise": fit.surprise, "strokes": strokes, "swing_rms_m": fit.swing_rms}
     parts = Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
     return _report.completed(parts, "counts", tests, curves)
 

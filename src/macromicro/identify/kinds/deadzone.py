@@ -118,16 +118,11 @@ def identify(picking: Picking, options: Options) -> Result:
             for v, row in zip(zone.volts, zone.speeds, strict=True)
         ]
         shown = speeds[:: max(1, math.ceil(len(speeds) / 8))]
+        title, start = "lowest voltage that moved on from each start", f"start [{places}]"
+        place, speed = f"place [{places}]", f"speed [{places}/s]"
         return {
-            "thresholds": pictures.points(
-                "lowest voltage that moved on from each start",
-                f"start [{places}]",
-                "voltage [V]",
-                series,
-            ),
-            "speeds": pictures.points(
-                "speed by place", f"place [{places}]", f"speed [{places}/s]", shown
-            ),
+            "thresholds": pictures.points(title, start, "voltage [V]", series),
+            "speeds": pictures.points("speed by place", place, speed, shown),
         }
 
     title = "Dead zone: the lowest voltage that moves the axis without a pause from every start"

@@ -70,21 +70,18 @@ def identify(picking: Picking, options: Options) -> Result:
         notice(DataWarning, "all runs go one way: the sensor's lag is not cancelled")
     place, seen = fit.calibration.position, np.isfinite(fit.error)
     slope, level = np.polyfit(fit.volts[seen], place[seen], 1)
-    bent = place[seen] - (slope * fit.volts[seen] + level)
     volts = fit.volts[seen]
+    bend = float(np.abs(place[seen] - (slope * volts + level)).max())
+    mean = "mean, from first to last voltage seen"
     lag = float(np.nanmax(np.abs(fit.between))) if np.isfinite(fit.between).any() else np.nan
     lines = [
-        Line(
-            "slope", float(slope) * 1e3, unit="mm/V", note="mean, from first to last voltage seen"
-        ),
+        Line("slope", float(slope) * 1e3, unit="mm/V", note=mean),
         Line("from", float(volts[0]), unit="V", note=f"at {1e3 * place[seen][0]:.4f} mm"),
         Line("to", float(volts[-1]), unit="V", note=f"at {1e3 * place[seen][-1]:.4f} mm"),
         Line("error, mean", float(np.nanmean(fit.error)) * 1e6, unit="um", note="of the table"),
         Line("error, largest", float(np.nanmax(fit.error)) * 1e6, unit="um"),
         Line("up from down", lag * 1e6, unit="um", note="largest half difference: lag, cancelled"),
-        Line(
-            "bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest deviation from a line"
-        ),
+        Line("bend", bend * 1e6, unit="um", note="largest deviation from a line"),
         *beside,
     ]
     others = _report.unseen(options.tests, picking, ROLES, tables[0])
@@ -100,28 +97,21 @@ def identify(picking: Picking, options: Options) -> Result:
 
         every = [(v[:: max(len(v) // 300, 1)], x[:: max(len(v) // 300, 1)]) for v, x in sweeps]
         vs, xs = (np.concatenate([e[k] for e in every]) for k in (0, 1))
-        mm, um = 1e3, 1e6
+        sensor, mm, um = "sensor [V]", 1e3, 1e6
+        table = [
+            ("measured", vs, xs * mm, "."),
+            ("table", fit.volts, place * mm, "-"),
+            *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in tests[:2]),
+        ]
+        unsure = [
+            ("one run off the mean", fit.volts, fit.std * um, "-"),
+            ("the mean", fit.volts, fit.error * um, "-"),
+            ("up less down, half", fit.volts, fit.between * um, "--"),
+        ]
+        title = "uncertainty of the table, and lag"
         return {
-            "calibration": pictures.points(
-                "sensor and table",
-                "sensor [V]",
-                "position [mm]",
-                [
-                    ("measured", vs, xs * mm, "."),
-                    ("table", fit.volts, place * mm, "-"),
-                    *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in tests[:2]),
-                ],
-            ),
-            "residuals": pictures.points(
-                "uncertainty of the table, and lag",
-                "sensor [V]",
-                "[um]",
-                [
-                    ("one run off the mean", fit.volts, fit.std * um, "-"),
-                    ("the mean", fit.volts, fit.error * um, "-"),
-                    ("up less down, half", fit.volts, fit.between * um, "--"),
-                ],
-            ),
+            "calibration": pictures.points("sensor and table", sensor, "position [mm]", table),
+            "residuals": pictures.points(title, sensor, "[um]", unsure),
         }
 
     head = "No setting of `macromicro run --config` holds a sensor's calibration.\n"

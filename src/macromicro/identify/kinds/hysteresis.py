@@ -116,13 +116,10 @@ def identify(picking: Picking, options: Options) -> Result:
     share = round(100.0 * table.negative_share, 6)
     lines.append(Line("negative weight", share, unit="%", note="of the relays; ideally 0"))
     lines += _broken(found)
+    how = f"smoothed over {table.smooth:g} steps, between curves along the {table.between}"
     remarks = [
         ("curves", f"{len(table.raw)} {table.kind}, {sum(len(u) for u, _ in pairs)} points"),
-        (
-            "table",
-            f"{table.n} by {table.n}, density {table.shape}, smoothed over {table.smooth:g} steps, "
-            f"between curves along the {table.between}",
-        ),
+        ("table", f"{table.n} by {table.n}, density {table.shape}, {how}"),
         ("misfit", "RMS over the curves"),
     ]
     if tried:
@@ -136,41 +133,38 @@ def identify(picking: Picking, options: Options) -> Result:
         from macromicro.hysteresis.pictures import draw_curves, draw_density
         from macromicro.identify.kinds import pictures
 
-        drawn = {
-            "curves": draw_curves(table, u_unit, f_unit),
-            "density": draw_density(table, u_unit),
-        }
+        curves, density = draw_curves(table, u_unit, f_unit), draw_density(table, u_unit)
+        drawn = {"curves": curves, "density": density}
         if held is not None:
             some = held.curves[:: max(1, math.ceil(len(held.curves) / _SHOWN))]
-            drawn["residuals"] = pictures.points(
-                "held-out curves: measured less predicted",
-                f"input [{u_unit}]",
-                f"output [{f_unit}]",
-                [(f"from {u[0]:.4g}", u, f - model, ".-") for u, f, model in some],
-            )
+            left = [(f"from {u[0]:.4g}", u, f - model, ".-") for u, f, model in some]
+            name, x, y = "held-out curves", f"input [{u_unit}]", f"output [{f_unit}]"
+            drawn["residuals"] = pictures.points(f"{name}: measured less predicted", x, y, left)
         return drawn
 
-    head = "No setting of `macromicro run --config` holds a table of first-order curves.\n"
-    head += "Read it with macromicro.hysteresis.table_files.load_table, or the CSV with anything."
-    toml = model_file.plain(
-        head,
-        {
-            "hysteresis": {
-                "table": (TABLE, "exact, with the measured curves"),
-                "kind": (table.kind, f"{len(table.raw)} curves"),
-                "input": ([table.lo, table.hi], u_unit or "unit of the input"),
-                "output": ([table.f_low, table.f_low + table.span], f_unit or "unit of the output"),
-            }
-        },
-    )
     data = {
         "nodes": table.n, "kind": table.kind, "curves": len(table.raw),
         "misfit": own._asdict(), "holdout_rms": math.nan if held is None else held.rms,
         "range": extent, "negative_share": table.negative_share,
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
-    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data)
+    parts = Result("hysteresis", title, table, lines, remarks, _toml(table), draw, data)
     return _tested(parts, picking, options, units)
+
+
+def _toml(table: FodTable) -> str:
+    head = "No setting of `macromicro run --config` holds a table of first-order curves.\n"
+    head += "Read it with macromicro.hysteresis.table_files.load_table, or the CSV with anything."
+    values: dict[str, tuple[model_file.Value, str]] = {
+        "table": (TABLE, "exact, with the measured curves"),
+        "kind": (table.kind, f"{len(table.raw)} curves"),
+        "input": ([table.lo, table.hi], table.input_unit or "unit of the input"),
+        "output": (
+            [table.f_low, table.f_low + table.span],
+            table.output_unit or "unit of the output",
+        ),
+    }
+    return model_file.plain(head, {"hysteresis": values})
 
 
 def _output(name: str, value: float, rms: float, unit: str, note: str) -> Line:

@@ -151,31 +151,20 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
     error = f - found.outputs
     index = np.arange(u.size, dtype=np.float64)
     p = found.operator
+    loop = [
+        ("measured", u[known:], f[known:], "-"),
+        ("play operators", u[known:], found.outputs[known:], "--"),
+    ]
+    left = [
+        ("fitted", index[known:fitted], error[known:fitted], "-"),
+        ("held out", index[fitted:], error[fitted:], "-"),
+    ]
+    weights = [("weights", p.thresholds, p.weights, "o")]
+    threshold, weight = f"threshold [{units[0]}]", f"weight [{units[1]}/{units[0]}]"
     return {
-        "curves": pictures.points(
-            "the loop",
-            x,
-            y,
-            [
-                ("measured", u[known:], f[known:], "-"),
-                ("play operators", u[known:], found.outputs[known:], "--"),
-            ],
-        ),
-        "residuals": pictures.points(
-            "measured less play operators",
-            "sample",
-            y,
-            [
-                ("fitted", index[known:fitted], error[known:fitted], "-"),
-                ("held out", index[fitted:], error[fitted:], "-"),
-            ],
-        ),
-        "thresholds": pictures.points(
-            "weights",
-            f"threshold [{units[0]}]",
-            f"weight [{units[1]}/{units[0]}]",
-            [("weights", p.thresholds, p.weights, "o")],
-        ),
+        "curves": pictures.points("the loop", x, y, loop),
+        "residuals": pictures.points("measured less play operators", "sample", y, left),
+        "thresholds": pictures.points("weights", threshold, weight, weights),
     }
 
 

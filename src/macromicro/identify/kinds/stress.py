@@ -469,11 +469,10 @@ def drawn(found: StressMap, load: str, out: str) -> dict[str, Figure]:
             lines.append((f"{name}, {q} %", side.loads, own, "o"))
             lines.append(("", side.loads, side.at_zero[k] + side.slopes[k] * side.loads, "-"))
     temperature = "temperature [degC]"
+    title = "transformation temperatures"
     return {
         "curves": pictures.points("loops by load", temperature, f"output [{out}]", loops),
-        "thresholds": pictures.points(
-            "transformation temperatures", f"load [{load}]", temperature, lines
-        ),
+        "thresholds": pictures.points(title, f"load [{load}]", temperature, lines),
     }
 
 
