@@ -59,7 +59,7 @@ _LIMITS = np.arange(0.4, 1.0 + 0.5 * _STEP, _STEP)
 
 
 def part(rows: Rows, where: slice) -> Rows:
-    run = Run(*(column[where] for column in rows.run))
+    run = rows.run.part(where.start, where.stop)
     force, v, a = (each[where] for each in (rows.force, rows.v, rows.a))
     return rows._replace(run=run, force=force, v=v, a=a, still=rows.still[where])
 

@@ -411,17 +411,13 @@ def split(records: list[Run], holdout: float) -> tuple[list[Run], list[Run]]:
         return kept, records[_MANY - 1 :: _MANY]
     cuts = [round(len(r.x) * (1.0 - holdout)) for r in records]
     parts = list(zip(records, cuts, strict=True))
-    return [_part(r, 0, at) for r, at in parts], [_part(r, at, len(r.x)) for r, at in parts]
-
-
-def _part(run: Run, first: int, last: int) -> Run:
-    return Run(*(column[first:last] for column in run))
+    return [r.part(0, at) for r, at in parts], [r.part(at, None) for r, at in parts]
 
 
 def _blocks(run: Run) -> list[Run]:
     count = max(min(_BLOCKS, len(run.x) // _LEAST), 1)
     ends = np.linspace(0, len(run.x), count + 1).round().astype(int)
-    return [_part(run, a, b) for a, b in pairwise(ends.tolist())]
+    return [run.part(a, b) for a, b in pairwise(ends.tolist())]
 
 
 def _directions(records: list[Run]) -> set[float]:

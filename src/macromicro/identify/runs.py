@@ -36,6 +36,21 @@ class Run(NamedTuple):
         """Sample time [s]."""
         return float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
 
+    def part(self, first: int | None, last: int | None) -> Run:
+        """Rows of the run.
+
+        Parameters
+        ----------
+        first, last : int | None
+            Rows from `first` on, before `last`, as in a slice.
+
+        Returns
+        -------
+        Run
+            Views of its columns.
+        """
+        return Run(self.t[first:last], self.u[first:last], self.x[first:last])
+
     @classmethod
     def of(cls, recording: Recording, u: str = "motor", x: str = "macro_position") -> Run:
         """A recording's columns, checked.

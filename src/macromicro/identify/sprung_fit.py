@@ -231,7 +231,7 @@ def moving(records: Sequence[Run], model: Model) -> tuple[list[Run], Axis]:
     kept = list(records)
     for _ in range(_CUTS):
         axis = model.axis(_ends(kept, model, 0)[0].values)
-        cut = [_cut(r, _moves(axis, r, model)) for r in kept]
+        cut = [r.part(0, max(_moves(axis, r, model), 20)) for r in kept]
         same = all(len(c.x) == len(r.x) for c, r in zip(cut, kept, strict=True))
         kept = cut
         if same:
@@ -253,11 +253,6 @@ def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None =
 
 def _lead(records: Sequence[Run], lag: float | str) -> int:
     return 0 if isinstance(lag, str) else math.ceil(lag / min(r.dt for r in records))
-
-
-def _cut(run: Run, samples: int) -> Run:
-    n = max(samples, 20)
-    return Run(run.t[:n], run.u[:n], run.x[:n])
 
 
 def _moves(axis: Axis, run: Run, model: Model) -> int:
@@ -312,7 +307,7 @@ def started(fit: SprungFit, run: Run) -> tuple[float, float]:
     many = int(_BEGINNING * len(run.t))
     if fit.axis.spring > 0.0:
         many = int(1.0 / (fit.axis.frequency * run.dt))
-    part = Run(*(column[: min(max(many, 20), len(run.t))] for column in run))
+    part = run.part(0, min(max(many, 20), len(run.t)))
     pushed = part._replace(u=fit.gain * part.u)
     return _moved_mass.started(pushed, fit.load.model(fit.friction), fit.axis)
 

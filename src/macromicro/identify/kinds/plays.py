@@ -15,6 +15,7 @@ from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
 from macromicro.identify.kinds.hysteresis import ROLES, cleaned
 from macromicro.identify.picking import Picked, Picking, loaded
+from macromicro.identify.play_operators import Loop
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
 from macromicro.units import convert, quotient
@@ -170,12 +171,8 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
 
 def _predicted(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> Pair:
     """Prediction of another recording, once its past is known."""
-    if lag is None:
-        u, f = cleaned(picked, 2)
-        outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
-    else:
-        u, f, dt = _timed(picked)
-        outputs = prandtl_rate.run(p, lag, u, dt)
+    u, f, dt = (*cleaned(picked, 2), None) if lag is None else _timed(picked)
+    outputs = Loop(p, lag).run(u, dt)
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
     counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))

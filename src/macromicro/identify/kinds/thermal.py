@@ -397,7 +397,7 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
     for volts, group in cooled.items():  # a fall's rise will do where there is nothing better
         if volts not in held:
             cut = [int(np.argmax(r.u == 0.0)) for r in group]
-            held[volts] = [Run(*(c[:k] for c in r)) for r, k in zip(group, cut, strict=True)]
+            held[volts] = [r.part(0, k) for r, k in zip(group, cut, strict=True)]
     return Steps(held, cooled, cold)
 
 
@@ -407,7 +407,7 @@ def _alike(group: list[Run]) -> list[Run]:
     kept = [r for r in group if r.t[-1] > 0.9 * long]
     kept = [r for r in kept if abs(r.dt - kept[0].dt) < 1e-3 * kept[0].dt]
     n = min(len(r.t) for r in kept)
-    return [Run(r.t[:n], r.u[:n], r.x[:n]) for r in kept]
+    return [r.part(0, n) for r in kept]
 
 
 def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepRecord:
