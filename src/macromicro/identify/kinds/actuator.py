@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from macromicro.columns import Column
 from macromicro.errors import ProblemError
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
+from macromicro.identify.options import Actuator as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
@@ -76,15 +77,6 @@ WITHOUT_TABLE = {
     "growth": ("", "of the loss of heat, until the thresholds"),
     "stroke": ("", "full contraction, of the range in the records"),
 }
-
-
-class Options(NamedTuple):
-    # the kiln's table, as `identify hysteresis` writes it; None: from drive and position alone
-    table: Path | None = None
-    ambient: float | None = None  # room temperature, deg C; None: 25
-    tests: tuple[str, ...] = ()  # files with records that are not fitted
-    # without a table: median temperature of contraction without load, deg C; None: 80
-    austenite: float | None = None
 
 
 def identify(picking: Picking, options: Options) -> Result:

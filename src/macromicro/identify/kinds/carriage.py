@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
+from macromicro.identify.options import Carriage as Options
 from macromicro.identify.picking import RUN, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.par import entries
@@ -34,11 +35,6 @@ _NO_NUDGES = (
     "of the carriage, so its share is larger and its frequency slightly lower"
 )
 _DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
-
-
-class Options(NamedTuple):
-    pitch: str | None = None  # travel per count with its unit; None: as the laser says
-    tests: tuple[str, ...] = ()  # files with strokes that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:

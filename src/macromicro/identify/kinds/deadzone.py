@@ -15,6 +15,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Deadzone as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
@@ -42,15 +43,6 @@ LEAST = 20
 _NEXT = 1e-9  # V: what rounding does to a voltage
 _NO_RUN = "there is no stretch at a constant voltage other than 0"
 _RECORD = "Record open-loop runs, each at one voltage."
-
-
-class Options(NamedTuple):
-    # range over which motion counts, unit of x; None: as the file says, or what all runs cover
-    travel: tuple[float, float] | None = None
-    pause: float = 0.05  # A longer time without a new count is an interruption, s
-    gain: float | None = None  # For (4.5), unit of x per s and V; None: without it
-    width: float | None = None  # dead zone for (4.5), V; None: the one found
-    tests: tuple[str, ...] = ()  # files with runs that are not fitted
 
 
 class Prediction(NamedTuple):

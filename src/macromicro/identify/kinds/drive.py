@@ -20,6 +20,7 @@ from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import drive_report
+from macromicro.identify.options import Drive as Options
 from macromicro.identify.picking import RUN, Picking, Role, T, matched, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
@@ -62,24 +63,6 @@ _POOR, _GOOD = 0.5, 0.2
 _FAILURES = (InputError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 _OTHERS = "a spring, a dead zone, a measured speed or a free motion"
 _FRICTION = "(Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
-
-
-class Options(NamedTuple):
-    gain: float | None = None  # force per unit of u; None: as the file says, else 1
-    structure: str = "auto"  # structure of the friction
-    limit: float | None = None  # u saturates there
-    # samples by which u acts late, or "fit": found with the parameters; None: as the file says,
-    # else 0
-    delay: int | str | None = None
-    tests: tuple[str, ...] = ()  # files with records that are not fitted
-    spring: bool = False
-    dead_zone: bool = False  # of the drive
-    free: bool = False  # no drive: a decay
-    # nodes of the friction's level along the travel, of elastic friction; None: as pieces held out
-    # ask for
-    along: int | None = None
-    eccentric: bool = False  # eccentric load of a rotary axis
-    endless: bool = False  # continuous rotation, without end stops
 
 
 class Loaded(NamedTuple):

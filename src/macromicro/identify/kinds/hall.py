@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Hall as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, loaded, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import write_text
@@ -35,15 +36,6 @@ METHODS = {
     "mean": "mean of runs both ways",
     "spline": "one spline for all runs, fitted with the lag",
 }
-
-
-class Options(NamedTuple):
-    low: float = 0.0  # lowest voltage of the table, V
-    high: float = 5.0  # highest, V
-    points: int = 126  # number of voltages
-    tests: tuple[str, ...] = ()  # files with sweeps that are not fitted
-    # one of `METHODS`: the mean of the runs, or one spline with the sensor's lag beside it
-    method: str = "mean"
 
 
 def identify(picking: Picking, options: Options) -> Result:

@@ -22,6 +22,7 @@ from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair as Prediction
 from macromicro.identify.kiln import window_means
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Hysteresis as Options
 from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, pick, railed, there
 from macromicro.identify.picking import T as TIME
 from macromicro.identify.result import Line, Result
@@ -55,17 +56,6 @@ _NEAR = 0.1  # a cycle begins within this part of the range from an end of it
 _BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
 _LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
 _WINDOWS = 300  # points of a curve over the whole range
-
-
-class Options(NamedTuple):
-    curves: str = "auto"  # their kind, or "auto"
-    shape: str = "monotone"  # shape of the density, as for ``FodTable.from_curves``
-    smooth: float | str = 1.0  # grid steps; "auto": what predicts curves held out best (`chosen`)
-    tests: tuple[str, ...] = ()  # recordings to predict
-    # whether each curve of a MicroMag file is scaled by the calibration before it
-    drift: bool = False
-    # "input" or "output", as for ``FodTable.from_curves``; "auto": what predicts best, too
-    between: str = "input"
 
 
 class Errors(NamedTuple):

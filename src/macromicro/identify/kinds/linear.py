@@ -15,6 +15,7 @@ from macromicro.identify import _report, clusters, model_file
 from macromicro.identify._linear import Start, free_runs, iterated, prepared
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.notices import DataWarning
+from macromicro.identify.options import Linear as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
@@ -168,15 +169,6 @@ X = Role(
 ROLES = (T, U, Y, X, RUN)
 METHODS = ("output_error", "box_jenkins", "mls", "sriv", "gls", "least_squares")
 STARTS = ("rest", "free")
-
-
-class Options(NamedTuple):
-    method: str = METHODS[0]  # one of `METHODS`
-    order: str = "1,1"  # "na,nb" or "na,nb,delay"
-    start: str = "rest"  # "rest" or "free"
-    width: float = 0.0  # dead zone taken off the input's size, unit of u
-    offset: float | None = None  # constant of the output, in its unit; None: found from the data
-    tests: tuple[str, ...] = ()  # files with records that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:

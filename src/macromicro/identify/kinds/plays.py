@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
-from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
+from macromicro.hysteresis.prandtl_fit import PrandtlFit, fit
 from macromicro.hysteresis.prandtl_rate import RateFit
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
 from macromicro.identify.kinds.hysteresis import ROLES, cleaned
+from macromicro.identify.options import Plays as Options
 from macromicro.identify.picking import Picked, Picking, loaded
 from macromicro.identify.play_operators import Loop
 from macromicro.identify.result import Line, Result
@@ -31,12 +32,6 @@ HELD = "RMS over the held-out end of the recording"
 HEAD = """\
 Play operators: output = offset + sum of weights y, y = max(u - r, min(u + r, y)) for each
 threshold r. macromicro.hysteresis.prandtl.operator takes these lists."""
-
-
-class Options(NamedTuple):
-    plays: int = PLAYS  # number, with the one without a threshold
-    tests: tuple[str, ...] = ()  # recordings to predict
-    rate: bool = False  # rate-dependent loop (column t)
 
 
 def identify(picking: Picking, options: Options) -> Result:

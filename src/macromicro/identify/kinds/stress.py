@@ -16,6 +16,7 @@ from macromicro.hysteresis.diagnostics import reversals
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Stress as Options
 from macromicro.identify.picking import Picked, Picking, Role
 from macromicro.identify.result import Line, Result
 from macromicro.units import quotient
@@ -294,10 +295,6 @@ _STARTED, _HALF, _ENDED = (int(np.abs(SHARES - q).argmin()) for q in (0.1, 0.5, 
 
 
 Rows = npt.NDArray[np.int64]
-
-
-class Options(NamedTuple):
-    tests: tuple[str, ...] = ()  # files with loads that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:

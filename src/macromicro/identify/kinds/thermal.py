@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +27,7 @@ from macromicro.identify.heating import (
     step_of,
 )
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Thermal as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, sampled
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
@@ -52,14 +52,6 @@ _RISE = "temperature rise [K]"
 _STILL = 0.01  # a rise that changes by less than this part in its last tenth has settled
 _SHORTEST = 4.5  # samples of a fall to 63 %
 NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
-
-
-class Options(NamedTuple):
-    # file that turns positions into temperatures; None: temperatures were measured
-    table: Path | None = None
-    ambient: float | None = None  # deg C; None: see `heating.Source`
-    step: float | None = None  # voltage whose step shows the dynamics, V; None for the middle one
-    tests: tuple[str, ...] = ()  # files with steps that are not fitted
 
 
 class Found(NamedTuple):
