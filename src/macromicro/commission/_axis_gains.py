@@ -97,6 +97,7 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
         late = values.get("lag", model.axis.lag) - model.axis.lag
         resonance, damping, lag = (one * random.standard_normal() for one in off.values())
         load, motor, drive = settings.load, settings.motor, settings.drive
+        friction, timing = settings.friction, settings.timing
         stiffer = 1.0 if mode is None else 1.0 + resonance / mode.shape.resonance
         yield settings._replace(
             load=load.times(heavier),
@@ -106,8 +107,8 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
                 frequency=max(stiffer, 0.1) * drive.frequency,
                 damping=max(drive.damping + damping, 0.0),
             ),
-            friction=settings.friction._replace(viscous=settings.friction.viscous + rubs),
-            timing=settings.timing._replace(delay=max(settings.timing.delay + late + lag, 0.0)),
+            friction=friction._replace(viscous=friction.viscous + rubs),
+            timing=timing._replace(delay=max(timing.delay + late + lag, 0.0)),
         )
 
 

@@ -171,13 +171,9 @@ def estimates(found: Any) -> dict[str, Estimate]:
 
 def rows(work: Work) -> list[tuple[str, ...]]:
     reach, gain = work["reach"], work["gain"]
+    half = f"+- {2 * gain.scatter * 1e6:.2g}"
     return [
-        (
-            "gain at a low voltage",
-            f"{gain.gain * 1e6:.4g}",
-            f"+- {2 * gain.scatter * 1e6:.2g}",
-            "um/V",
-        ),
+        ("gain at a low voltage", f"{gain.gain * 1e6:.4g}", half, "um/V"),
         ("noise of the reading", f"{gain.noise * 1e9:.3g}", "", "nm rms"),
         ("efforts", f"{reach.lowest:.3g} to {reach.highest:.3g}", "", "V"),
         ("reached from rest", f"{reach.low * 1e6:.5g} to {reach.high * 1e6:.5g}", "", "um"),

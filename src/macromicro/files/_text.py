@@ -280,16 +280,8 @@ def _block(text: str, mark: str, columns: Sequence[int], dtype: type) -> Array:
         return np.empty((0, 0))
 
     def parsed(text: str) -> Array:
-        return np.loadtxt(
-            io.StringIO(text),
-            dtype,
-            None,
-            mark,
-            usecols=columns,
-            unpack=True,
-            ndmin=2,
-            quotechar='"',
-        )
+        how: dict[str, Any] = {"usecols": columns, "unpack": True, "ndmin": 2, "quotechar": '"'}
+        return np.asarray(np.loadtxt(io.StringIO(text), dtype, None, mark, **how))
 
     if not text.strip():
         return np.empty((len(columns), 0))

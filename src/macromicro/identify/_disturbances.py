@@ -61,14 +61,12 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     nearby = step * (tried[at] + np.linspace(-1.0, 1.0, 2 * _FINE + 1))
     near = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
     far = nearby[1] - nearby[0]
-    best = float(
-        minimize_scalar(
-            lambda turn: -_explained(float(turn), x, left, basis)[0],
-            bounds=(near - far, near + far),
-            method="bounded",
-            options={"xatol": _EXACT * step},
-        ).x
-    )
+
+    def missed(turn: float) -> float:
+        return -_explained(float(turn), x, left, basis)[0]
+
+    bounds, how = (near - far, near + far), {"xatol": _EXACT * step}
+    best = float(minimize_scalar(missed, bounds=bounds, method="bounded", options=how).x)
     power, (sine, cosine) = _explained(best, x, left, basis)
     parts = np.split(left, np.cumsum([len(f[::every]) for f in force])[:-1])
     gone = sum(float(np.abs(np.diff(p)).sum()) for p in place)

@@ -196,14 +196,9 @@ def splined(
     between = np.full(points, np.nan)
     between[inside] = 0.5 * found[-1] * (speeds[up].mean(axis=0) - speeds[~up].mean(axis=0))
     table = _continued(grid, inside, at @ found[:-1])
-    return SplineFit(
-        HallFit(table, grid, np.sqrt(len(runs)) * error, error, between, len(runs)),
-        within(len(runs) - 1),
-        float(found[-1]),
-        float(np.sqrt(covariance[-1, -1])),
-        fit.residual,
-        len(knots) - 7,
-    )
+    made = HallFit(table, grid, np.sqrt(len(runs)) * error, error, between, len(runs))
+    wide, lag_error = within(len(runs) - 1), float(np.sqrt(covariance[-1, -1]))
+    return SplineFit(made, wide, float(found[-1]), lag_error, fit.residual, len(knots) - 7)
 
 
 def _noise(volts: Array) -> float:

@@ -385,20 +385,15 @@ def _table(records: Sequence[Run], model: Model, fades: float | None = None) -> 
         speed = fades or _USUAL * float(np.abs(rows.v).max())
         columns = [TERMS[n](rows, speed) for n in model.names if n not in _NO_COLUMN]
         force = np.clip(r.u, -limit, limit) if "mass" in model.names else -rows.a
-        parts.append(
-            _Table(
-                np.stack(columns, axis=1)[moves],
-                force[moves],
-                place[moves],
-                np.full(moves.sum(), number),
-            )
-        )
-    table = _Table(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        table = np.stack(columns, axis=1)[moves]
+        record = np.full(moves.sum(), number)
+        parts.append(_Table(table, force[moves], place[moves], record))
+    whole = _Table(*(np.concatenate(each) for each in zip(*parts, strict=True)))
     if "spring" in model.names and "offset" not in model.names:
         # Of speeds the place is known but for a constant, each record its own.
-        own = np.equal.outer(table.record, np.arange(len(records))).astype(np.float64)
-        table = table._replace(columns=np.hstack([table.columns, own]))
-    return table
+        own = np.equal.outer(whole.record, np.arange(len(records))).astype(np.float64)
+        whole = whole._replace(columns=np.hstack([whole.columns, own]))
+    return whole
 
 
 def _regressed(table: _Table, model: Model) -> tuple[float, Axis]:

@@ -156,8 +156,6 @@ def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: 
 
 
 def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
-    from macromicro.identify.axis_fit import start
-
     units = drive_report.units_of(records.force, records.place)
     if not records.named:
         units = dict.fromkeys(units, "") | {"delay": "s"}
@@ -197,16 +195,9 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
     for name, one in (("refined", fit.refined), ("inverse", fit.inverse)):
         data[name] = dict(zip(one.names, one.values, strict=True))
         data[f"{name}_std"] = dict(zip(one.names, one.std, strict=True))
-    return Part(
-        fit.axis,
-        _title("gain u", options.eccentric),
-        drive_report.rigid_lines(fit, units, records.runs[0].dt),
-        remarks,
-        more,
-        data,
-        toml,
-        lambda run: start(run, fit.gain, fit.delay),
-    )
+    title = _title("gain u", options.eccentric)
+    lines = drive_report.rigid_lines(fit, units, records.runs[0].dt)
+    return Part(fit.axis, title, lines, remarks, more, data, toml, _measured(fit))
 
 
 def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
@@ -247,8 +238,6 @@ def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
 
 
 def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
-    from macromicro.identify.axis_fit import start
-
     place = records.place
     units = drive_report.units_of(records.force, place)
     if not records.named:
@@ -286,17 +275,16 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
         title = "friction along the travel"
         return {"along": pictures.points(title, label, f"[{records.force}]", series)}
 
-    return Part(
-        fit.model,
-        "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs",
-        lines,
-        remarks,
-        [],
-        data,
-        model_file.plain(note, {"drive": values}),
-        lambda run: start(run, fit.gain, fit.delay),
-        draw,
-    )
+    title = "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs"
+    toml = model_file.plain(note, {"drive": values})
+    return Part(fit.model, title, lines, remarks, [], data, toml, _measured(fit), draw)
+
+
+def _measured(fit: DriveFit | PreslidingFit) -> Callable[[Run], tuple[float, float]]:
+    """The measured place and speed at the start of a record."""
+    from macromicro.identify.axis_fit import start
+
+    return lambda run: start(run, fit.gain, fit.delay)
 
 
 def _title(drive: str, eccentric: bool) -> str:

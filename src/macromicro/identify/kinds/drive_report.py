@@ -172,15 +172,9 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
     try:
         return model_file.settings(head, values)
     except InputError as error:
-        return model_file.plain(
-            f"The bench refuses these: {error}",
-            {
-                "axis": {
-                    n: (float(v), "counts and volts")
-                    for n, v in zip(fit.surest.names, fit.surest.values, strict=True)
-                }
-            },
-        )
+        found = zip(fit.surest.names, fit.surest.values.tolist(), strict=True)
+        refused = {name: (value, "counts and volts") for name, value in found}
+        return model_file.plain(f"The bench refuses these: {error}", {"axis": refused})
 
 
 Values = dict[str, tuple[float, float, float]]  # value, standard error, 95 % factor
