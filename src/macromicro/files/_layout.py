@@ -134,11 +134,8 @@ def split(content: bytes, whole: bool, where: str) -> Lines:
     text = content.decode(encoding, errors="replace")
     if junk := _JUNK.search(text, 0, SAMPLE):
         place = text.count("\n", 0, junk.start()) + 1
-        raise ProblemError(
-            f"{where}, line {place}",
-            f"the text contains the control character 0x{ord(junk[0]):02x}",
-            f"Give {ACCEPTED}.",
-        )
+        problem = f"the text contains the control character 0x{ord(junk[0]):02x}"
+        raise ProblemError(f"{where}, line {place}", problem, f"Give {ACCEPTED}.")
     if not text.strip():
         raise ProblemError(where, "the file is empty", "Add columns of numbers below a heading.")
     returns = "\n" not in text and "\r" in text.rstrip("\r")
@@ -271,9 +268,8 @@ def _laid(
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:
-        raise ProblemError(
-            where, "the file has nothing but comments", "Add rows of numbers below a heading."
-        )
+        remedy = "Add rows of numbers below a heading."
+        raise ProblemError(where, "the file has nothing but comments", remedy)
     mark, count = parting(plain, marks)
     rows = [(k, row) for k, line in plain if len(row := cells(line, mark)) == count]
     kinds = tuple(majority([kind(row[j]) for _, row in rows[-_MOST:]]) for j in range(count))

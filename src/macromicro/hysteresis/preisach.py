@@ -311,9 +311,8 @@ class Preisach:
             maxima = _vector(where, state["maxima"])
             minima = _vector(where, state["minima"])
         except (KeyError, TypeError):
-            raise ProblemError(
-                where, "maxima or minima are missing", "Give a state that was saved."
-            ) from None
+            remedy = "Give a state that was saved."
+            raise ProblemError(where, "maxima or minima are missing", remedy) from None
         nested = (
             maxima.size == minima.size >= 1
             and np.all(np.diff(maxima) < 0.0)
@@ -323,11 +322,8 @@ class Preisach:
             and minima[0] >= self.table.lo
         )
         if not nested:
-            raise ProblemError(
-                where,
-                "the corners are out of order",
-                "Give equally many, maxima falling, minima rising, within the table.",
-            )
+            remedy = "Give equally many, maxima falling, minima rising, within the table."
+            raise ProblemError(where, "the corners are out of order", remedy)
         self.reset()
         for top, low in zip(maxima.tolist(), minima.tolist(), strict=True):
             self.step(top)

@@ -101,16 +101,12 @@ def chosen(rows: list[Rows]) -> Judged:
         ordered = {n: judged.reasons[n] for n in STRUCTURES if n in judged.reasons}
         return judged._replace(reasons=ordered)
     if reasons["viscous"] == _NEGATIVE and fitted(rows, "viscous", told=False).axis.mass < 0.0:
-        raise ProblemError(
-            "record",
-            "the mass is negative: the force acts against the acceleration",
-            "Check the signs of u, x and gain, whether x wraps, and the sample time.",
-        )
-    raise ProblemError(
-        "record",
-        "; ".join(f"{name}: {why}" for name, why in reasons.items()),
-        "Record accelerated motion in both directions at several speeds.",
-    )
+        problem = "the mass is negative: the force acts against the acceleration"
+        remedy = "Check the signs of u, x and gain, whether x wraps, and the sample time."
+        raise ProblemError("record", problem, remedy)
+    problem = "; ".join(f"{name}: {why}" for name, why in reasons.items())
+    remedy = "Record accelerated motion in both directions at several speeds."
+    raise ProblemError("record", problem, remedy)
 
 
 def held_out(rows: list[Rows], name: str) -> Array | str:
@@ -394,11 +390,8 @@ def _lost(x: Array) -> tuple[int, int, float] | None:
 def against(estimate: Estimate) -> None:
     mass, error = estimate.axis.mass, float(estimate.std[estimate.names.index("mass")])
     if mass + _SURE * error < 0.0:
-        raise ProblemError(
-            "record",
-            f"the mass is {mass:.4g} +- {error:.2g}: the force acts against the acceleration",
-            "Check the signs of u, x and gain.",
-        )
+        problem = f"the mass is {mass:.4g} +- {error:.2g}: the force acts against the acceleration"
+        raise ProblemError("record", problem, "Check the signs of u, x and gain.")
 
 
 def coarse(axes: Sequence[Axis], dt: float) -> None:

@@ -335,17 +335,15 @@ def _check(gain: float, structure: str, holdout: float, delay: int | str) -> Non
         raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
     whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _axis_hints.LATEST
     if delay != FIT and not whole:
-        raise InputError(
-            "delay", delay, f'a whole number of samples from 0 to {_axis_hints.LATEST}, or "{FIT}"'
-        )
+        accepted = f'a whole number of samples from 0 to {_axis_hints.LATEST}, or "{FIT}"'
+        raise InputError("delay", delay, accepted)
 
 
 def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
     for name, values in (("t", t), ("u", u), ("x", x)):
         if not hasattr(values, "__len__") or len(values) == 0:
-            raise ProblemError(
-                f"drive: {name}", "the array is missing or empty", "Give an array of numbers."
-            )
+            remedy = "Give an array of numbers."
+            raise ProblemError(f"drive: {name}", "the array is missing or empty", remedy)
     if np.ndim(next(iter(t))) == 0:
         return [checked(t, u, x, "record", _LEAST)]
     if not len(t) == len(u) == len(x):
@@ -358,9 +356,8 @@ def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
 
 def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
     if all(np.ptp(r.u) == 0.0 and r.u[0] == runs[0].u[0] for r in runs):
-        raise ProblemError(
-            "u", f"the input is constant at {runs[0].u[0]:g}", "Record an input that changes."
-        )
+        remedy = "Record an input that changes."
+        raise ProblemError("u", f"the input is constant at {runs[0].u[0]:g}", remedy)
     # The part held out must be longer than the low-pass of the decimation, 21 factors.
     filtering = driven.filtering
     shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else driven.holdout)
@@ -371,9 +368,8 @@ def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
     rows = []
     for i, run in enumerate(runs):
         if np.ptp(run.x) == 0.0:
-            raise ProblemError(
-                f"record[{i}].x", f"the position is constant at {run.x[0]:g}", "Record a motion."
-            )
+            problem = f"the position is constant at {run.x[0]:g}"
+            raise ProblemError(f"record[{i}].x", problem, "Record a motion.")
         _axis_hints.jumps(run, f"record[{i}].x")
         corner = CUTOFF / run.dt if filtering.cutoff is None else filtering.cutoff
         if not 0.0 < corner < 0.5 / run.dt:

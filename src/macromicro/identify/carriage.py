@@ -146,9 +146,8 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
         remedy = f"Record more, each after {_BEFORE:g} s at rest without effort."
         raise ProblemError("recordings", f"{len(ways)} of {FEWEST} strokes found", remedy)
     if not (min(ways) < 0.0 < max(ways)):
-        raise ProblemError(
-            "recordings", "all strokes go in one direction", "Record strokes in both directions."
-        )
+        remedy = "Record strokes in both directions."
+        raise ProblemError("recordings", "all strokes go in one direction", remedy)
     p = _free(_guess(rows, dt, pitch), rows, dt)
     parts: dict[str, Parts] = {}
     left = math.nan

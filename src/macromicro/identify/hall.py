@@ -124,11 +124,8 @@ def _averaged(grid: Array, tables: Array) -> Calibration:
 
 def _check_covered(seen: NDArray[np.bool_], where: str) -> None:
     if seen.sum() < len(seen) // 2:
-        raise ProblemError(
-            where,
-            f"only {seen.sum()} of {len(seen)} voltages are covered",
-            "Record runs in both directions over at least half of the sensor's range.",
-        )
+        remedy = "Record runs in both directions over at least half of the sensor's range."
+        raise ProblemError(where, f"only {seen.sum()} of {len(seen)} voltages are covered", remedy)
 
 
 class SplineFit(NamedTuple):

@@ -155,9 +155,8 @@ def without_spikes(
         k = last + 1
     if bad.mean() > 0.5:
         found = f"{100 * bad.mean():.0f} % of the record is steeper than {steepest:g} per second"
-        raise ProblemError(
-            "temperature", found, "Repair the record; only rare spikes can be removed."
-        )
+        remedy = "Repair the record; only rare spikes can be removed."
+        raise ProblemError("temperature", found, remedy)
     starts = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0) == 1)
     ends = np.flatnonzero(np.diff(bad.astype(np.int8), append=0) == -1) + 1
     good = np.flatnonzero(~bad)

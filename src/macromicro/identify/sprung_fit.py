@@ -136,9 +136,8 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
     if dead_zone and not driven:
         raise ProblemError("dead zone", "there is no column u", "Give the input of the drive.")
     if not spring and not speed and not driven and _turns(records):
-        raise ProblemError(
-            "record", "the free motion turns back", "Add --spring, or a column u of a drive."
-        )
+        remedy = "Add --spring, or a column u of a drive."
+        raise ProblemError("record", "the free motion turns back", remedy)
     most = None if limit is None else abs(gain) * limit
     load = Load(driven, speed, spring, dead_zone, eccentric, most, lag)
     whole = [r._replace(u=np.zeros_like(r.x)) for r in records]
@@ -245,9 +244,8 @@ def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None =
         starts = [poorer, starts[0]]
     ends = _moved_mass.fitted(records, model, starts, lead)
     if not ends:
-        raise ProblemError(
-            "record", "no search converged", "Record a motion that the model can follow."
-        )
+        remedy = "Record a motion that the model can follow."
+        raise ProblemError("record", "no search converged", remedy)
     return ends
 
 
@@ -353,15 +351,11 @@ def checked(records: Sequence[Run], model: Model) -> None:
     driven = "mass" in model.names
     for k, r in enumerate(records):
         if np.ptp(r.x) == 0.0:
-            raise ProblemError(
-                f"record[{k}]", f"the output is constant at {r.x[0]:g}", "Record a motion."
-            )
+            remedy = "Record a motion."
+            raise ProblemError(f"record[{k}]", f"the output is constant at {r.x[0]:g}", remedy)
         if driven and np.ptp(r.u) == 0.0 and r.u[0] == 0.0 and len(records) == 1:
-            raise ProblemError(
-                f"record[{k}].u",
-                "the input is 0 throughout",
-                "Record an input, or omit the column u.",
-            )
+            remedy = "Record an input, or omit the column u."
+            raise ProblemError(f"record[{k}].u", "the input is 0 throughout", remedy)
 
 
 def _first(records: Sequence[Run], model: Model) -> Axis:

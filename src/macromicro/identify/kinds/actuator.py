@@ -86,11 +86,8 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.table is None:
         return _without_table(picking, options, room)
     if options.austenite is not None:
-        raise ProblemError(
-            "--austenite",
-            "it cannot be combined with --table, whose temperatures were measured",
-            "Remove one of them.",
-        )
+        problem = "it cannot be combined with --table, whose temperatures were measured"
+        raise ProblemError("--austenite", problem, "Remove one of them.")
     return _with_table(picking, options, options.table, room)
 
 

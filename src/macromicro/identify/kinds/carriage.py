@@ -103,9 +103,8 @@ def _predicted(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Pair:
 
     r = carriage.cut(*_columns(part))
     if not r.strokes:
-        raise ProblemError(
-            f"--test, {file}", "there is no stroke", "Record strokes from rest to rest."
-        )
+        remedy = "Record strokes from rest to rest."
+        raise ProblemError(f"--test, {file}", "there is no stroke", remedy)
     t = np.asarray(part["t"])
     if abs(float(t[1] - t[0]) - fit.dt) > _SAME * fit.dt:
         found = f"its sample time is {t[1] - t[0]:.3g} s, that of the fit {fit.dt:.3g} s"
@@ -133,9 +132,8 @@ def _pitch(
         return pitch, "as given"
     seen = [r for r in records if "y" in r]
     if not seen:
-        raise ProblemError(
-            "--pitch", "the travel per count is unknown", "Give --pitch, or a column y of a laser."
-        )
+        remedy = "Give --pitch, or a column y of a laser."
+        raise ProblemError("--pitch", "the travel per count is unknown", remedy)
     slope = float(np.polyfit(seen[0]["x"], seen[0]["y"], 1)[0])
     if not slope > 0.0:
         raise ProblemError(f"{file}, y", f"{slope:.3g} m a count", "The laser must rise with x.")

@@ -394,9 +394,8 @@ def _checked(options: Options) -> None:
     if options.limit is not None and not options.limit > 0.0:
         raise InputError("--limit", options.limit, "a value above zero")
     if options.along is not None and options.structure not in FRICTIONS:
-        raise ProblemError(
-            "--along", "it needs elastic friction", f"Add --structure {' or '.join(FRICTIONS)}."
-        )
+        remedy = f"Add --structure {' or '.join(FRICTIONS)}."
+        raise ProblemError("--along", "it needs elastic friction", remedy)
     if options.delay == FIT and options.structure in FRICTIONS:
         raise InputError("--delay", FIT, "a whole number of samples with elastic friction")
     for name in ("eccentric", "endless"):
@@ -416,11 +415,8 @@ def _checked_output_error(picking: Picking, options: Options) -> None:
         accepted = "a whole number of samples from 0" + ("" if options.free else f', or "{FIT}"')
         raise InputError("--delay", options.delay, accepted)
     if options.free and U.name in picking.columns:
-        raise ProblemError(
-            "--free",
-            f"a column is named for {U.name}, but a free motion has no input",
-            "Remove one of them.",
-        )
+        problem = f"a column is named for {U.name}, but a free motion has no input"
+        raise ProblemError("--free", problem, "Remove one of them.")
 
 
 def in_speeds(picking: Picking, place: Role) -> bool:
@@ -447,11 +443,9 @@ def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Load
     unit = first.units[out.name]
     for name in ("eccentric", "endless"):
         if getattr(options, name) and (speed or unit != ANGLE.base):
-            raise ProblemError(
-                f"--{name}",
-                f"the unit of {out.name} is {unit or 'unknown'}",
-                "Name an angle in rad or deg, such as --columns x=angle:deg.",
-            )
+            problem = f"the unit of {out.name} is {unit or 'unknown'}"
+            remedy = "Name an angle in rad or deg, such as --columns x=angle:deg."
+            raise ProblemError(f"--{name}", problem, remedy)
     shown = unit or ("x/s" if speed else "x")
     return Loaded(
         [run for table in tables for run in sampled(table, out.name, least)],

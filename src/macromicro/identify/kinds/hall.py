@@ -47,9 +47,8 @@ def identify(picking: Picking, options: Options) -> Result:
     tables = loaded(picking, ROLES)
     sweeps = [(v, x / 1e3) for table in tables for v, x in one_way(table)]
     if not sweeps:
-        raise ProblemError(
-            tables[0].file, "there is no one-way run", "Record runs over the sensor's range."
-        )
+        remedy = "Record runs over the sensor's range."
+        raise ProblemError(tables[0].file, "there is no one-way run", remedy)
     v, x = (np.concatenate([sweep[k] for sweep in sweeps]) for k in (0, 1))
     falling = float(np.corrcoef(v, x)[0, 1]) < 0.0
     # The table is made monotone as a rising one.
@@ -159,9 +158,8 @@ def one_way(table: Picked) -> list[tuple[Array, Array]]:
         stuck = railed(v, f"{table.file}, v", "left out")
         if np.ptp(x) == 0.0 or np.ptp(v) == 0.0:
             name = "x" if np.ptp(x) == 0.0 else "v"
-            raise ProblemError(
-                f"{table.file}, {name}", "the column is constant", "Record a sensor that moves."
-            )
+            remedy = "Record a sensor that moves."
+            raise ProblemError(f"{table.file}, {name}", "the column is constant", remedy)
         v, x = v[~stuck], x[~stuck]
         turns = turning_points(x, 0.2 * float(np.ptp(x)))
         pieces = [slice(a, b + 1) for a, b in pairwise(turns)]

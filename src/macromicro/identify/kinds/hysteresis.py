@@ -220,11 +220,9 @@ def _checked(options: Options) -> None:
 def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     if not any(is_forc(file) for file in picking.files):
         if options.drift:
-            raise ProblemError(
-                "--drift",
-                f"{printable(picking.files[0], 300)} is not a MicroMag file",
-                "Other files have no calibrations between their curves.",
-            )
+            problem = f"{printable(picking.files[0], 300)} is not a MicroMag file"
+            remedy = "Other files have no calibrations between their curves."
+            raise ProblemError("--drift", problem, remedy)
         tables = loaded(picking, ROLES)
         for table in tables:
             railed(table.values["f"], f"{table.file}, f")
@@ -278,11 +276,8 @@ def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
         by_length = make.options.smooth == AUTO
         name = "--smooth" if by_length else "--between"
         other = "a length in grid steps" if by_length else " or ".join(BETWEENS)
-        raise ProblemError(
-            name,
-            f"{AUTO} needs {_ENOUGH} curves or more, and there are {len(pairs)}",
-            f"Give {other}, or more curves.",
-        )
+        problem = f"{AUTO} needs {_ENOUGH} curves or more, and there are {len(pairs)}"
+        raise ProblemError(name, problem, f"Give {other}, or more curves.")
     found = {}
     for choice in make.open:
         squares, count = 0.0, 0

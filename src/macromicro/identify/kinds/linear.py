@@ -300,11 +300,8 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
     found = []
     for table in tables:
         if "y" not in table.values and "x" not in table.values:
-            raise ProblemError(
-                table.file,
-                "there is neither an output y nor a position x",
-                "Name a column with --columns y=COLUMN or x=COLUMN.",
-            )
+            remedy = "Name a column with --columns y=COLUMN or x=COLUMN."
+            raise ProblemError(table.file, "there is neither an output y nor a position x", remedy)
         role = "y" if "y" in table.values else "x"
         for run in sampled(table, role):
             less = np.sign(run.u) * np.maximum(np.abs(run.u) - width, 0.0)

@@ -40,9 +40,8 @@ def identify(picking: Picking, options: Options) -> Result:
         raise ProblemError("FILE", f"{len(picking.files)} files were given", remedy)
     table = loaded(picking, ROLES)[0]
     if "curve" in table.values:
-        raise ProblemError(
-            f"{table.file}, curve", "the file holds single curves", "Give a recording over time."
-        )
+        remedy = "Give a recording over time."
+        raise ProblemError(f"{table.file}, curve", "the file holds single curves", remedy)
     u, f = cleaned(table)
     rated: RateFit | None = None
     try:
@@ -98,9 +97,8 @@ def identify(picking: Picking, options: Options) -> Result:
 
 def _timed(table: Picked) -> tuple[Array, Array, float]:
     if "t" not in table.values:
-        raise ProblemError(
-            "recording, t", "there is no column of times", "Name one, or omit --rate."
-        )
+        remedy = "Name one, or omit --rate."
+        raise ProblemError("recording, t", "there is no column of times", remedy)
     run = checked(table.values["t"], table.values["u"], table.values["f"], "recording")
     return run.u, run.x, run.dt
 

@@ -224,21 +224,15 @@ def cycle(load: float, t: npt.ArrayLike, y: npt.ArrayLike, where: str = "record"
             kept[rising].append((tt[part], yy[part]))
     for rising, name in ((True, "heating"), (False, "cooling")):
         if not kept[rising]:
-            raise ProblemError(
-                where,
-                f"there is no complete {name} at a load of {load:g}",
-                "Record whole heating and cooling cycles at each load.",
-            )
+            remedy = "Record whole heating and cooling cycles at each load."
+            raise ProblemError(where, f"there is no complete {name} at a load of {load:g}", remedy)
     lowest, highest = float(tt.min()), float(tt.max())
     whole = [*kept[True], *kept[False]]
     own, output = (np.concatenate([part[k] for part in whole]) for k in (0, 1))
     ends = [float(np.mean(output[np.abs(own - at) <= _ENDS * extent])) for at in (lowest, highest)]
     if ends[0] == ends[1]:
-        raise ProblemError(
-            where,
-            f"the output is {ends[0]:g} both cold and hot",
-            "Record an output that changes with temperature.",
-        )
+        remedy = "Record an output that changes with temperature."
+        raise ProblemError(where, f"the output is {ends[0]:g} both cold and hot", remedy)
     sides = [_branch(kept[rising], ends, lowest, highest) for rising in (True, False)]
     return Cycle(float(load), sides[0], sides[1], tt, yy)
 
@@ -275,11 +269,8 @@ def _branch(
     shares = np.array([rising[g[0]] for g in groups])
     places = np.array([own[g].mean() for g in groups])
     if len(shares) < 2:
-        raise ProblemError(
-            "branch",
-            "the output has only one level",
-            "Record an output that changes with temperature.",
-        )
+        remedy = "Record an output that changes with temperature."
+        raise ProblemError("branch", "the output has only one level", remedy)
     return Branch(low, high, np.interp(SHARES, shares, places))
 
 

@@ -178,11 +178,8 @@ def _steady(
         listed = ", ".join(f"{v:g}" for v in stopped)
         remarks.append(("no steady temperature", f"at {listed} V: the position does not show it"))
     if not rises:
-        raise ProblemError(
-            "steps",
-            "no step shows a steady temperature",
-            "Record a step that stays clear of the stop.",
-        )
+        remedy = "Record a step that stays clear of the stop."
+        raise ProblemError("steps", "no step shows a steady temperature", remedy)
     return rises
 
 
@@ -381,11 +378,8 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
         accepted = "a constant voltage from a cold start, then 0 V perhaps"
         notice(DataWarning, f"{left} runs are no steps ({accepted}); left out")
     if not held and not cooled:
-        raise ProblemError(
-            tables[0].file,
-            "no run steps to a voltage and stays there",
-            "Record open-loop steps from cold.",
-        )
+        remedy = "Record open-loop steps from cold."
+        raise ProblemError(tables[0].file, "no run steps to a voltage and stays there", remedy)
     for volts, group in cooled.items():  # a fall's rise will do where there is nothing better
         if volts not in held:
             cut = [int(np.argmax(r.u == 0.0)) for r in group]
