@@ -339,10 +339,7 @@ def _sign(results: Iterable[Any]) -> float:
 
 
 def perform(
-    kind: Kind,
-    work: Work,
-    ask: Callable[[Step, str], None],
-    done: Callable[[Step, Any], None],
+    kind: Kind, work: Work, ask: Callable[[Step, str], None], done: Callable[[Step, Any], None]
 ) -> None:
     """Do all steps that are left.
 

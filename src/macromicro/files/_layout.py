@@ -37,11 +37,7 @@ _TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
 _HEADER_END = "***End_of_Header***"  # of LabVIEW; one above each of its segments
-_BOMS = {
-    codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF16_LE: "utf-16",
-    codecs.BOM_UTF16_BE: "utf-16",
-}
+_BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 ACCEPTED = "text in UTF-8, UTF-16 or Latin-1"
 HEADING = "a heading with the columns' names, such as t_s,u_V,x_mm"
 WORDED = r"[\s\"'#%\[(<]*[^\W\d_]"  # a line that begins with a letter

@@ -47,10 +47,7 @@ class Plays(NamedTuple):
 
 
 def operator(
-    thresholds: npt.ArrayLike,
-    weights: npt.ArrayLike,
-    offset: float = 0.0,
-    widening: float = 0.0,
+    thresholds: npt.ArrayLike, weights: npt.ArrayLike, offset: float = 0.0, widening: float = 0.0
 ) -> Prandtl:
     """An operator from lists, checked so that it dissipates and can be inverted.
 

@@ -13,14 +13,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis.curves import (
-    KINDS,
-    ClockwiseWarning,
-    ClosureWarning,
-    Curve,
-    Kind,
-    tidy,
-)
+from macromicro.hysteresis.curves import KINDS, ClockwiseWarning, ClosureWarning, Curve, Kind, tidy
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.shape import (
     ROUNDS,

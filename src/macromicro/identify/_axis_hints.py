@@ -41,12 +41,7 @@ _EXACT = 2e-3  # of the force: a model that misses by less has no such trouble
 _MOST = 12  # blocks in a record
 _LEAST = 40  # decimated samples in a block: its low-pass takes 20
 # What stands in for a structure where a part of the record does not show it.
-_POORER = {
-    "coulomb": "viscous",
-    "asymmetric": "coulomb",
-    "stribeck": "coulomb",
-    "full": "stribeck",
-}
+_POORER = {"coulomb": "viscous", "asymmetric": "coulomb", "stribeck": "coulomb", "full": "stribeck"}
 _TOO_POOR = "the motion does not determine its parameters"
 _NEGATIVE = "the mass or a friction is negative"
 ABOUT = "coulomb"  # the friction by which delays and limits are looked for

@@ -38,15 +38,7 @@ STRUCTURES: dict[str, tuple[str, ...]] = {
     "coulomb": ("mass", "viscous", "coulomb", "offset"),
     "asymmetric": ("mass", "viscous", "coulomb", "offset", "asymmetry"),
     "stribeck": ("mass", "viscous", "coulomb", "offset", "stribeck", "stribeck_speed"),
-    "full": (
-        "mass",
-        "viscous",
-        "coulomb",
-        "offset",
-        "asymmetry",
-        "stribeck",
-        "stribeck_speed",
-    ),
+    "full": ("mass", "viscous", "coulomb", "offset", "asymmetry", "stribeck", "stribeck_speed"),
 }
 SPEED = "stribeck_speed"
 ECCENTRIC = ("sine", "cosine")  # of any structure, where gravity pulls at an eccentric load

@@ -281,11 +281,7 @@ def simplest(squares: dict[str, Array], reasons: dict[str, str] | None = None) -
 
 
 def held_out(
-    simulated: Simulated,
-    space: Space,
-    pieces: Pieces,
-    begin: Array,
-    measured: Pieces | None = None,
+    simulated: Simulated, space: Space, pieces: Pieces, begin: Array, measured: Pieces | None = None
 ) -> Array:
     """Mean square error of each piece by a fit without it, from its own state or a measured one."""
     turns = turn(np.arange(len(pieces.many)))

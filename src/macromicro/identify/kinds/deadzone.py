@@ -132,11 +132,7 @@ def _lowest(name: str, volts: float, step: float) -> Line:
 
 
 def prediction(
-    zone: DeadZone,
-    law: DiscontinuousDeadZone | None,
-    runs: Sequence[Run],
-    file: str,
-    pause: float,
+    zone: DeadZone, law: DiscontinuousDeadZone | None, runs: Sequence[Run], file: str, pause: float
 ) -> Prediction:
     """Prediction of validation runs by the dead zone and, if known, (4.5)."""
     from macromicro.identify.deadzone import covered, tried

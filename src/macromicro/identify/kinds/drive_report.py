@@ -149,10 +149,7 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
         "Use: macromicro run --config model.toml"
     )
     values = {
-        "bench.carriage.mass": (
-            axis.mass * per_count,
-            about(errors["mass"] * per_count * 1e3, "g"),
-        ),
+        "bench.carriage.mass": (axis.mass * per_count, about(errors["mass"] * per_count * 1e3, "g"))
     }
     if axis.coulomb > 0.0:
         values["bench.friction.coulomb"] = (axis.coulomb * g, about(errors["coulomb"] * g, "N"))
@@ -164,10 +161,7 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
         head += f"\nViscous friction would be {viscous:.3g} N*s/m without back-EMF: left out."
     if "stribeck" in errors and axis.stribeck > 2.0 * errors["stribeck"]:
         pitch = nominal.sensors.encoder.pitch
-        values["bench.friction.stribeck"] = (
-            axis.stribeck * g,
-            about(errors["stribeck"] * g, "N"),
-        )
+        values["bench.friction.stribeck"] = (axis.stribeck * g, about(errors["stribeck"] * g, "N"))
         values["bench.friction.stribeck_speed"] = (axis.stribeck_speed * pitch, "with it")
     try:
         return model_file.settings(head, values)

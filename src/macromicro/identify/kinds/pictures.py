@@ -67,12 +67,7 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
     return figure
 
 
-def points(
-    title: str,
-    x: str,
-    y: str,
-    series: Sequence[tuple[str, Array, Array, str]],
-) -> Figure:
+def points(title: str, x: str, y: str, series: Sequence[tuple[str, Array, Array, str]]) -> Figure:
     figure, axes = new(3.6, 1)
     ax = axes[0, 0]
     for (label, xs, ys, form), color in zip(series, (BLUE, ORANGE, RED) * 9, strict=False):

@@ -108,11 +108,7 @@ def identify(picking: Picking, options: Options) -> Result:
         ("ladder", "three heat capacities in a row; 1 K of heat warms by r1 + r2 + r3 K")
     )
     title = "Heating: T / T_d = sum of share rate / (s + rate); steady T_d by voltage"
-    data = {
-        "steady_K": rises,
-        "chosen_V": chosen,
-        "nrmse": fit.nrmse,
-    }
+    data = {"steady_K": rises, "chosen_V": chosen, "nrmse": fit.nrmse}
     parts = Result(
         "thermal", title, found, _lines(found), remarks, _toml(found), lambda: _drawn(found), data
     )
