@@ -62,7 +62,7 @@ def test_the_operator_its_loop_and_its_gains(tmp_path: Path) -> None:
     assert one.data["stroke"] == pytest.approx(stroke)
     assert one.data["loop_width"] == pytest.approx(width)
     assert one.data["range"] == pytest.approx(float(np.ptp(followed(LAW, U))))
-    assert Options() == (plays.PLAYS, (), False)
+    assert Options() == (16, False, ())
 
 
 def test_what_is_left_over_is_said_in_parts_of_the_range(tmp_path: Path) -> None:
