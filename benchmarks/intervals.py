@@ -27,7 +27,6 @@ from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import eccentric, presliding
-from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.heating import StepRecord, heating
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
@@ -35,6 +34,8 @@ from macromicro.identify.sprung_fit import sprung_drive
 from macromicro.kernel import compiled
 from macromicro.models import mass
 from macromicro.models.heating import Modes, step_response
+from macromicro.models.mass import Axis, acting, simulate
+from macromicro.models.mass import glide as step
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "validation" / "coverage.json"
 DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")

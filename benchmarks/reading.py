@@ -59,7 +59,7 @@ def written(path: Path, rows: int) -> None:
     import pyarrow as pa
     from pyarrow import csv
 
-    from macromicro.identify.axis import Axis, simulate
+    from macromicro.models.mass import Axis, simulate
 
     rng = np.random.default_rng(2)
     t = np.arange(rows) * DT

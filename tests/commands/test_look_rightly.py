@@ -17,10 +17,9 @@ from scipy.io import savemat
 
 from macromicro import cli
 from macromicro.hysteresis import prandtl
-from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.look._columns import saturated, wrapped
-from macromicro.identify.look.told import look
-from tests.identify.test_stress_map import loop
+from macromicro.identify.look import look, saturated, wrapped
+from macromicro.models.mass import Axis, simulate
+from tests.identify.kinds.test_stress_map import loop
 
 RNG = np.random.default_rng(5)
 N = 2000

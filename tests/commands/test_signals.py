@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from macromicro.identify.axis import Axis, simulate
+from macromicro.models.mass import Axis, simulate
 from tests.systems import posix
 
 pytestmark = posix

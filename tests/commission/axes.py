@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, Self
 
-from macromicro.identify.axis import Axis, acting, step
+from macromicro.models.mass import Axis, acting
+from macromicro.models.mass import glide as step
 from macromicro.rig.session import Session
 from macromicro.types import Outputs, Sample
 

@@ -15,9 +15,9 @@ from macromicro.commission._axis_fit import FITTED, GRAVITY
 from macromicro.commission._exciting import Stroke, excite
 from macromicro.commission._probing import Direction, Ends
 from macromicro.commission.stand import Caution, CommissionError, Record, Stand
-from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.clusters import Spread
 from macromicro.machines import feasible
+from macromicro.models.mass import Axis, simulate
 
 FOUND = Direction(1.0, 1.2, 1.2, 0.01, 0.0)
 ENDS = Ends(-0.029, 0.069, True)

@@ -12,10 +12,10 @@ from macromicro.commission import _axis_gains, _settings
 from macromicro.commission._axis_fit import FITTED, Level, Model
 from macromicro.commission._mode import Mode, Shape
 from macromicro.identify import axis_settings
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around
 from macromicro.identify.clusters import Spread
 from macromicro.machines import loops, sheets
+from macromicro.models.mass import Axis
 
 AXIS = Axis(mass=0.4, viscous=6.0, coulomb=0.3, stribeck=0.1, stribeck_speed=0.01, lag=0.6e-3)
 AROUND = Around(

@@ -15,11 +15,11 @@ from macromicro.commission._probing import Direction, Ends
 from macromicro.commission.stand import Caution, Record, Stand
 from macromicro.errors import InputError
 from macromicro.identify import axis_settings
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around
 from macromicro.machines import deriving, loops, rig, sheets
 from macromicro.machines import machine as machines
 from macromicro.machines.parts import LOAD, MOTOR
+from macromicro.models.mass import Axis
 from macromicro.rig.session import Session
 from macromicro.schema import config
 from macromicro.schema.text import parsed_toml

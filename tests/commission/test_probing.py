@@ -9,7 +9,7 @@ from tests.commission.axes import PLAIN, Virtual, session
 
 from macromicro.commission._probing import PUSH, Creep, Direction, Ramp, direction, ends, go
 from macromicro.commission.stand import SENSOR, SPEED, WINDOW, Caution, CommissionError, Stand
-from macromicro.identify.axis import Axis
+from macromicro.models.mass import Axis
 
 FREE = Caution(10.0, math.inf)
 

@@ -18,10 +18,10 @@ from macromicro.commission.running import commission
 from macromicro.commission.stand import Stand
 from macromicro.errors import InputError
 from macromicro.identify import axis_settings
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around
 from macromicro.machines import machine as machines
 from macromicro.machines import sheets
+from macromicro.models.mass import Axis
 from macromicro.place import ANGLE, LENGTH
 from macromicro.schema import config
 from macromicro.schema.text import parsed_toml

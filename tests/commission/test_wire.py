@@ -15,16 +15,14 @@ from macromicro.commission import (
     _store,
     _wire_drives,
     _wire_fit,
-    _wire_page,
     report,
     wire,
-    wire_model,
 )
 from macromicro.commission._wire_drives import HOLD
+from macromicro.commission._wire_fit import Heat
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError, Record
-from macromicro.commission.wire_model import Heat
 from macromicro.kernel import compiled
 from macromicro.machines import machine, wire_sheets
 
@@ -102,25 +100,25 @@ def test_the_file_runs_and_says_what_was_found(done: Done, monkeypatch: pytest.M
 
 @given(st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
 def test_a_branch_and_its_inverse(q: float, bend: float) -> None:
-    z = wire_model.branch(q, bend)
+    z = _wire_fit.branch(q, bend)
     assert 0.0 <= z <= 1.0
-    assert wire_model.along(z, bend) == pytest.approx(q, abs=1e-6)
+    assert _wire_fit.along(z, bend) == pytest.approx(q, abs=1e-6)
     step = 1e-6
     if step < q < 1.0 - step:
-        slope = wire_model.branch(q + step, bend) - wire_model.branch(q - step, bend)
-        assert wire_model.steepness(z, bend) == pytest.approx(slope / (2.0 * step), rel=1e-3)
+        slope = _wire_fit.branch(q + step, bend) - _wire_fit.branch(q - step, bend)
+        assert _wire_fit.steepness(z, bend) == pytest.approx(slope / (2.0 * step), rel=1e-3)
 
 
 def test_a_branch_ends_where_it_ends() -> None:
-    assert (wire_model.branch(-1.0, 0.5), wire_model.branch(2.0, 0.5)) == (0.0, 1.0)
-    assert wire_model.branch(0.3, 0.0) == 0.3
-    assert wire_model.branch(0.5, 1.0) < 0.5 < wire_model.branch(0.5, -1.0)
+    assert (_wire_fit.branch(-1.0, 0.5), _wire_fit.branch(2.0, 0.5)) == (0.0, 1.0)
+    assert _wire_fit.branch(0.3, 0.0) == 0.3
+    assert _wire_fit.branch(0.5, 1.0) < 0.5 < _wire_fit.branch(0.5, -1.0)
 
 
 def record(p: Heat, efforts: list[tuple[float, float]], dt: float = 5e-3) -> Record:
     u = np.concatenate([np.full(round(s / dt), v) for v, s in efforts])
     t = np.arange(len(u)) * dt
-    return Record(t, u, wire_model.simulated(p, Record(t, u, np.zeros_like(u))))
+    return Record(t, u, _wire_fit.simulated(p, Record(t, u, np.zeros_like(u))))
 
 
 def test_a_wire_at_rest_keeps_its_heat() -> None:
@@ -128,11 +126,11 @@ def test_a_wire_at_rest_keeps_its_heat() -> None:
     assert record(PLAIN, [(3.9, 300.0)]).x[-1] == 0.0
     assert record(PLAIN, [(5.1, 300.0)]).x[-1] == pytest.approx(PLAIN.way)
     half = record(PLAIN, [(4.5, 300.0)]).x[-1]
-    assert half == pytest.approx(PLAIN.way * wire_model.branch(0.5, PLAIN.warming), rel=1e-3)
+    assert half == pytest.approx(PLAIN.way * _wire_fit.branch(0.5, PLAIN.warming), rel=1e-3)
     # And the loop: between both branches it stays as it is.
     assert record(PLAIN, [(5.1, 300.0), (3.1, 300.0)]).x[-1] == pytest.approx(PLAIN.way)
     back = record(PLAIN, [(5.1, 300.0), (2.5, 300.0)]).x[-1]
-    assert back == pytest.approx(PLAIN.way * wire_model.branch(0.5, PLAIN.cooling), rel=1e-3)
+    assert back == pytest.approx(PLAIN.way * _wire_fit.branch(0.5, PLAIN.cooling), rel=1e-3)
     assert record(PLAIN, [(5.1, 300.0), (1.9, 300.0)]).x[-1] == 0.0
 
 
@@ -147,9 +145,9 @@ def test_heat_is_conserved_while_it_contracts() -> None:
 
 def test_the_compiled_run_is_the_interpreted_one() -> None:
     u = np.array([8.0] * 300 + [0.0] * 300)
-    out, same, begin = np.empty(600), np.empty(600), wire_model.Begin(0.5, 0.2)
-    wire_model.free_run(PLAIN, begin, u, 0.01, out)
-    compiled(wire_model.free_run)(PLAIN, begin, u, 0.01, same)
+    out, same, begin = np.empty(600), np.empty(600), _wire_fit.Begin(0.5, 0.2)
+    _wire_fit.free_run(PLAIN, begin, u, 0.01, out)
+    compiled(_wire_fit.free_run)(PLAIN, begin, u, 0.01, same)
     assert np.ptp(out) > 0.0
     assert out == pytest.approx(same, rel=1e-12, abs=1e-15)
 
@@ -159,11 +157,11 @@ def test_heat_and_contraction_hold_their_content(
     content: float, z: float, warming: bool, bend: float
 ) -> None:
     p = PLAIN._replace(warming=bend, cooling=-bend)
-    h, now = wire_model.settled(p, content, z, warming)
+    h, now = _wire_fit.settled(p, content, z, warming)
     assert p.tau * h + p.latent * now == pytest.approx(content, abs=1e-8)
     # It is on its branch, or moved along none.
     at, over, own = (p.start, 1.0, bend) if warming else (p.last, 1.0, -bend)
-    on = wire_model.branch((h - at) / over, own)
+    on = _wire_fit.branch((h - at) / over, own)
     assert now == pytest.approx(max(z, on) if warming else min(z, on), abs=1e-8)
 
 
@@ -179,8 +177,8 @@ def test_a_free_run_changes_smoothly_with_the_parameters() -> None:
 
 def test_warmth_at_the_begin_is_not_lost() -> None:
     cold, warm = (
-        wire_model.simulated(PLAIN, record(PLAIN, [(8.0, 3.0)]), begin)
-        for begin in (wire_model.COLD, wire_model.Begin(1.0, 0.5))
+        _wire_fit.simulated(PLAIN, record(PLAIN, [(8.0, 3.0)]), begin)
+        for begin in (_wire_fit.COLD, _wire_fit.Begin(1.0, 0.5))
     )
     assert int(np.argmax(warm > 0.0)) < int(np.argmax(cold > 0.0))
 
@@ -189,7 +187,7 @@ def rose_and_fell(p: Heat, dt: float) -> Record:
     u = np.arange(0.0, 8.0, 0.25 * dt)
     u = np.concatenate([u, u[::-1]])
     t = np.arange(len(u)) * dt
-    return Record(t, u, wire_model.simulated(p, Record(t, u, np.zeros_like(u))))
+    return Record(t, u, _wire_fit.simulated(p, Record(t, u, np.zeros_like(u))))
 
 
 @pytest.mark.parametrize("tau", [0.3, pytest.param(4.2, marks=pytest.mark.slow)])
@@ -237,7 +235,7 @@ class Bench:
                 break
             push = u - h
             self.content += push * self.dt
-            h, self.z = wire_model.settled(self.p, self.content, self.z, push > 0.0)
+            h, self.z = _wire_fit.settled(self.p, self.content, self.z, push > 0.0)
         return Record(*np.array(rows).T)
 
 
@@ -301,7 +299,7 @@ def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: 
     kept = work[wire.CURVES][0]
     cooler = np.linspace(1.0, 0.7, len(kept.t))
     other.found[wire.CURVES] = [kept._replace(u=kept.u * cooler)]
-    assert any("V apart" in said for said in _wire_page.doubts(other, done[0].model))
+    assert any("V apart" in said for said in wire.doubts(other, done[0].model))
 
 
 def test_a_branch_like_curve_answers_as_the_branch_does() -> None:

@@ -10,11 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from macromicro.commission import _wire_fit
 from macromicro.commission import wire as kind
-from macromicro.commission import wire_model
-from macromicro.commission._wire_fit import Wire
+from macromicro.commission._wire_fit import Heat, Wire
 from macromicro.commission.stand import Record
-from macromicro.commission.wire_model import Heat
 from macromicro.control import stage_pi
 from macromicro.control.stage_law import Sample, Target
 from macromicro.control.stage_pi import StagePi
@@ -48,9 +47,9 @@ def test_nowhere_is_a_branch_steeper(warming: float, cooling: float) -> None:
     q = np.linspace(0.0, 1.0, 2001)
     most = 0.0
     for way, bend in ((p.end - p.start, warming), (p.first - p.last, cooling)):
-        z = np.array([wire_model.branch(one, bend) for one in q.tolist()])
+        z = np.array([_wire_fit.branch(one, bend) for one in q.tolist()])
         most = max(most, float(np.diff(z).max()) * 2000.0 / way)
-    assert wire_model.steepest(p) == pytest.approx(most, rel=2e-3)
+    assert _wire_fit.steepest(p) == pytest.approx(most, rel=2e-3)
 
 
 def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
@@ -63,7 +62,7 @@ def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
     slow = np.concatenate([np.linspace(0.0, 4.4, 12000), np.full(40000, 4.4)])
     u = np.concatenate([slow, np.full(300, 4.45)])
     record = Record(np.arange(len(u)) * dt, u, np.zeros_like(u))
-    x = wire_model.simulated(p, record)[len(slow) - 1 :]
+    x = _wire_fit.simulated(p, record)[len(slow) - 1 :]
     f = np.fft.rfftfreq(n, dt)
     answer = np.zeros(len(f), np.complex128)
     answer[1:] = kind.plant(p, made, f[1:])

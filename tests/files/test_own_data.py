@@ -11,9 +11,9 @@ from macromicro.errors import InputError
 from macromicro.files._text import UnreadLinesWarning
 from macromicro.files.reading import read
 from macromicro.identify import from_files
-from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.look.told import look
+from macromicro.identify.look import look
 from macromicro.identify.picking import MissingRowsWarning, UnitWarning
+from macromicro.models.mass import Axis, simulate
 
 DT = 0.005
 TRUE = Axis(mass=0.05, viscous=0.4, coulomb=0.5)

@@ -16,8 +16,8 @@ from macromicro.identify import Axis, Filtering, dead_zone, discontinuous_dead_z
 from macromicro.identify import records as room
 from macromicro.identify.hall import calibrated
 from macromicro.identify.heating import static_gain as nonlinear
+from macromicro.identify.kiln import window_means, without_spikes
 from macromicro.identify.linear import whiteness
-from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.models.weighted_gain import Exponential, exponential
 from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, upper
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.hysteresis import FodTable, Memory, Preisach, advance, fresh, from_density
+from macromicro.hysteresis import FodTable, Preisach, advance, fresh, from_density
 from macromicro.hysteresis.preisach import demagnetising
 
 from .relays import refined, relay_grid, relay_run, relay_start
@@ -111,26 +111,6 @@ def test_first_order_curves_are_those_of_the_table(
         rise = [top, *[2 * top - u for u in lower]]
         expected = table.curve(top, rise, "ascending")
         assert np.allclose(model.run(rise), expected, rtol=0.0, atol=1e-12)
-
-
-@given(tables, histories, inputs)
-@settings(max_examples=100, deadline=None)
-def test_interpreted_step_equals_the_kernel_bit_for_bit(
-    table: FodTable, history: list[float], u: float
-) -> None:
-    model = Preisach(table)
-    arrays = model._arrays
-    view = np.zeros((130, 4))
-    base = model._base
-    view[0] = (math.inf, -math.inf, base, base)
-    memory = Memory(view.copy(), 0, -math.inf)
-    model._pairs, model._u = 0, -math.inf
-    for value in [LO, *history, u, u, HI, math.nextafter(HI, 0.0), LO + STEP]:
-        memory, expected = advance(arrays, memory, value)
-        f = model._advance(value)
-        assert (f, model._pairs, model._u) == (expected, memory.pairs, memory.u)
-    used = slice(0, memory.pairs + 1)
-    assert np.array_equal(model._corners[used], memory.corners[used])
 
 
 @given(tables, histories, st.floats(-0.2, 1.2))

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Rows, differences
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, simulate
 
 DT = 1e-3
 TRUTH = Axis(4.0, 25.0, 12.0, 2.0)

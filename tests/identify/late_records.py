@@ -6,9 +6,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import simulate
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_fit import Driven, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows
+from macromicro.models.mass import Axis
 
 DT = 1e-3
 AXIS = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)

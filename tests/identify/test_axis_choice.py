@@ -9,10 +9,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _axis_hints, drive
 from macromicro.identify._axis_hints import blocks, folds
-from macromicro.identify._choose import no_better, turn
-from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Rows
+from macromicro.identify.engine import no_better, turn
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, simulate
 
 DT = 1e-3
 

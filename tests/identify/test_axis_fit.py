@@ -12,10 +12,10 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
 from macromicro.identify._axis_hints import part
-from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import Driven, _check, is_surer, rows_of, runs_of, split, start
 from macromicro.identify.axis_inverse import Estimate, Rows, differences
 from macromicro.identify.runs import Run
+from macromicro.models.mass import late
 
 DT = 1e-3
 T = np.arange(1200) * DT

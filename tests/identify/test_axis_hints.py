@@ -14,10 +14,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _axis_hints, drive
 from macromicro.identify._axis_hints import delay, suspected
-from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_fit import FIT, Driven, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.notices import DataWarning
+from macromicro.models.mass import Axis, late, simulate
 
 BALANCED = Axis(mass=0.01, viscous=0.08, coulomb=0.05, offset=0.01)
 HUNG = BALANCED._replace(sine=0.06, cosine=-0.08)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -27,6 +26,7 @@ from macromicro.identify.axis_inverse import (
     stacked,
 )
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, late, simulate
 
 DT = 1e-3
 T = np.arange(6000) * DT

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.identify import _moved_mass, drive
-from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_fit import DriveFit
 from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, simulate
 
 DT = 1e-3
 AXIS = Axis(mass=95.0, viscous=203.0, coulomb=20.0, offset=-3.0)

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.control.terminal.model import Terminal
-from macromicro.identify import _carriage_give, carriage
-from macromicro.identify._carriage_give import Answer, Give, Nudged
+from macromicro.identify import carriage
+from macromicro.identify.carriage import Answer, Give, Nudged
 from macromicro.plant import bench
 from macromicro.schema.par import changed
 from macromicro.settings import Settings
@@ -52,14 +52,14 @@ def spring(p: Terminal, natural: float, rate: float) -> complex:
 
 def seen(p: Terminal, give: Give) -> Terminal:
     """The swing on such a carriage: the root of its equation, and what a laser sees of it."""
-    with_it = _carriage_give.moved(p, give.carriage)
+    with_it = carriage.moved(p, give.carriage)
     w = 2.0 * math.pi * p.frequency
     roots = np.roots([1.0 + p.share * with_it, 2.0 * p.decay, w * w])
     root = complex(roots[np.argmax(roots.imag)])
     return p._replace(
         frequency=abs(root) / (2.0 * math.pi),
         decay=-root.real,
-        share=p.share * abs(1.0 + _carriage_give.moved(p, give.platform)),
+        share=p.share * abs(1.0 + carriage.moved(p, give.platform)),
     )
 
 
@@ -71,7 +71,7 @@ def test_the_answer_at_the_swing_s_frequency_is_found_beside_a_swing(
     late = -math.atan2(true.imag, true.real) / (2.0 * math.pi * P.frequency)
     answer = Answer(abs(true), late)
     as_seen = seen(P, Give(answer, answer))
-    found = _carriage_give.found(as_seen, [springy(P, natural, rate, left=30e-6)], DT)
+    found = carriage.compliance(as_seen, [springy(P, natural, rate, left=30e-6)], DT)
     for one in found:
         assert one.way == pytest.approx(abs(true), rel=0.02)
         assert one.lag == pytest.approx(late, abs=0.05e-3)
@@ -79,7 +79,7 @@ def test_the_answer_at_the_swing_s_frequency_is_found_beside_a_swing(
 
 def test_its_errors_are_those_of_noise() -> None:
     low, high = (
-        _carriage_give.found(P, [springy(P, 200.0, 600.0, noise=s)], DT) for s in (0.05e-6, 0.5e-6)
+        carriage.compliance(P, [springy(P, 200.0, 600.0, noise=s)], DT) for s in (0.05e-6, 0.5e-6)
     )
     for quiet, loud in zip(low, high, strict=True):
         assert 5.0 < loud.errors[0] / quiet.errors[0] < 20.0
@@ -103,7 +103,7 @@ def test_a_stiff_carriage_s_swing_is_that_of_the_equations(
     p = P._replace(frequency=frequency, decay=decay, share=share)
     give = Give(Answer(way, lag), Answer(shaken * way, lag))
     on_a_spring = seen(p, give)
-    found = _carriage_give.stiff(on_a_spring, give)
+    found = carriage.stiff(on_a_spring, give)
     assert found.frequency == pytest.approx(frequency, rel=1e-6)
     assert found.decay == pytest.approx(decay, rel=1e-4)
     assert found.share == pytest.approx(share, rel=1e-6)
@@ -113,11 +113,11 @@ def test_a_stiff_carriage_s_swing_is_that_of_the_equations(
 def test_what_is_not_sure_of_the_give_makes_the_swing_less_sure() -> None:
     answer = Answer(6e-6, 0.8e-3, (0.3e-6, 0.05e-3))
     give = Give(answer, answer)
-    told = _carriage_give.unsure(P, give, 0.0, 0.0)
-    moves = _carriage_give.moved(P, answer).real
+    told = carriage.unsure(P, give, 0.0, 0.0)
+    moves = carriage.moved(P, answer).real
     assert told["share"] == pytest.approx(P.share * moves * 0.05, rel=0.1)
     assert told["frequency"] == pytest.approx(0.5 * P.frequency * P.share * moves * 0.05, rel=0.1)
-    more = _carriage_give.unsure(P, give, 0.5, 0.3e-3)
+    more = carriage.unsure(P, give, 0.5, 0.3e-3)
     assert all(more[name] > told[name] for name in told)
     assert more["decay"] > 2.0 * told["decay"]
 
@@ -145,7 +145,7 @@ def test_the_bench_gives_by_its_bristles(bristle: float) -> None:
     r = Nudged(run["motor"][strokes.REST :], run["laser"][strokes.REST :] * 1e-6)
     push = b.motor.constant / (b.motor.resistance * b.motor.pulley) * 4.0 / b.carriage.mass
     p = Terminal()._replace(push=push, delay=1.5e-3)
-    found = _carriage_give.found(p, [r], DT)
+    found = carriage.compliance(p, [r], DT)
     mass, w = b.carriage.mass, 2.0 * math.pi * p.frequency
     assert found.carriage.way == pytest.approx(push * mass / (bristle - mass * w * w), rel=0.05)
     assert found.platform.way == pytest.approx(found.carriage.way, rel=0.15)  # it is shaken

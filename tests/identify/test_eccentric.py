@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from macromicro import identify
 from macromicro.errors import InputError
 from macromicro.identify import drive, eccentric, simulate
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_inverse import Estimate
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, results, rotary, runs, sheets
+from macromicro.models.mass import Axis
 from macromicro.programme import Programme
 
 DT = 1e-3

@@ -8,8 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.arrays import Array
-from macromicro.identify._choose import held_out, no_better, simplest, typical
-from macromicro.identify.engine import Fit, Pieces, Space, cleared, fit, settled
+from macromicro.identify.engine import (
+    Fit,
+    Pieces,
+    Space,
+    cleared,
+    fit,
+    held_out,
+    no_better,
+    settled,
+    simplest,
+    typical,
+)
 from macromicro.identify.search import until
 
 N, DT = 60, 0.1

@@ -57,7 +57,7 @@ def test_columns_are_named_by_role(own: Path, tmp_path: Path) -> None:
     ("kind", "options", "words"),
     [
         ("motor", {}, "drive, carriage, linear, deadzone"),
-        ("drive", {"mass": 2.0}, "gain, structure, limit, delay"),
+        ("drive", {"mass": 2.0}, "gain, structure, along, limit, delay"),
     ],
 )
 def test_what_is_not_known_is_refused(

@@ -12,7 +12,7 @@ import pytest
 
 from macromicro.control.inverse.model import Inverse
 from macromicro.errors import InputError, MacromicroError
-from macromicro.identify.kinds import model_file
+from macromicro.identify import model_file
 from macromicro.identify.result import Line, Result
 from macromicro.plant import bench
 from macromicro.recorded import named

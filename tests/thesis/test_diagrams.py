@@ -12,7 +12,7 @@ from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import Pi, PiAntiWindup
 from macromicro.drawing.exhibit import SVG, rendered
 from macromicro.identify import _linear
-from macromicro.identify.smoothing import without_spikes
+from macromicro.identify.kiln import without_spikes
 from macromicro.models.macro import Linear, MacroModel
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.driver import Driver

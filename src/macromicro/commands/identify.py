@@ -6,7 +6,7 @@ import inspect
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 
@@ -15,6 +15,7 @@ from macromicro.commands.group import Group
 from macromicro.commands.options import Json, Overwrite, folder_option
 from macromicro.commands.signals import Signals
 from macromicro.commands.streams import warned
+from macromicro.identify import options
 
 if TYPE_CHECKING:
     from macromicro.identify.picking import Picking
@@ -61,83 +62,60 @@ def _common(
 def _kind(*, timed: bool = False, join: bool = False) -> Callable[[Callable[..., None]], None]:
     """Add the command of a kind of model.
 
-    The decorated function declares the options of the kind alone, under the names that its search
-    gives them, and says beforehand what takes long. The options of every kind stand around them.
+    The decorated function says beforehand what takes long, and declares options of the command
+    alone. Those of every kind, and those of the kind itself, stand around them.
     """
 
     def add(declared: Callable[..., None]) -> None:
+        name = declared.__name__
         shared = dict(inspect.signature(_common, eval_str=True).parameters)
-        own = inspect.signature(declared, eval_str=True).parameters
+        own = _options(name)
+        more = inspect.signature(declared, eval_str=True).parameters
         if not timed:
             del shared["rate"]
         if not join:
             del shared["join"]
-        last = [shared.pop(name) for name in ("test", "out", "overwrite", "as_json")]
+        last = [shared.pop(each) for each in ("test", "out", "overwrite", "as_json")]
+        of_kind = {**own, **{each: par for each, par in more.items() if each not in own}}
 
         def command(**given: Any) -> None:
-            options = {name: given.pop(name) for name in own}
-            declared(**options)
-            _identify(declared.__name__, options, given)
+            options = {each: given.pop(each) for each in of_kind}
+            declared(**{each: options[each] for each in more})
+            _identify(name, options, given)
 
         command.__doc__ = declared.__doc__
-        every = [*shared.values(), *own.values(), *last]
+        every = [*shared.values(), *of_kind.values(), *last]
         command.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
-        app.command(declared.__name__)(command)
+        app.command(name)(command)
 
     return add
 
 
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def _whole(text: str) -> int | str:
-    return int(text) if text.lstrip("+-").isdecimal() else text
+def _options(kind: str) -> dict[str, inspect.Parameter]:
+    """The options of a kind of model as the command line takes them."""
+    fields = getattr(options, kind.capitalize())
+    found = {}
+    for name, hint in get_type_hints(fields, include_extras=True).items():
+        if name == "tests":  # beside those of every kind
+            continue
+        of, said = get_args(hint)
+        words = (f"--{name.replace('_', '-')}",) if of is bool else ()
+        default = fields._field_defaults[name]
+        option = typer.Option(
+            *words,
+            help=said.help,
+            show_default=said.default or True,
+            metavar=said.metavar,
+            parser=said.parse,
+        )
+        typed = Annotated[str | None if said.parse else of, option]  # type: ignore[valid-type]
+        par = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        found[name] = inspect.Parameter(name, par, default=default, annotation=typed)
+    return found
 
 
 @_kind(timed=True, join=True)
-def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
-    gain: Annotated[
-        float | None, typer.Option(help="Force per unit of u, such as N/V.", show_default="1")
-    ] = None,
-    structure: Annotated[
-        str, typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms.")
-    ] = "auto",
-    along: Annotated[
-        int | None,
-        typer.Option(
-            help="For lugre and gms: nodes of the friction along the travel.", show_default="auto"
-        ),
-    ] = None,
-    limit: Annotated[float | None, typer.Option(help="The drive saturates at +-LIMIT.")] = None,
-    delay: Annotated[
-        str | None,
-        typer.Option(
-            parser=_whole,
-            metavar="<int>|fit",
-            help="Delay of u in samples, or fit: identified with the parameters.",
-            show_default="0",
-        ),
-    ] = None,
-    spring: Annotated[bool, typer.Option("--spring", help="The load is on a spring.")] = False,
-    dead_zone: Annotated[
-        bool, typer.Option("--dead-zone", help="The drive has a dead zone at small u.")
-    ] = False,
-    eccentric: Annotated[
-        bool, typer.Option("--eccentric", help="Gravity acts on a rotating load (x an angle).")
-    ] = False,
-    endless: Annotated[
-        bool,
-        typer.Option(
-            "--endless", help="Continuous rotation: the model has no end stops (x an angle)."
-        ),
-    ] = False,
-    free: Annotated[
-        bool, typer.Option("--free", help="Free decay without a drive (columns t, x).")
-    ] = False,
+def drive(
     machine: Annotated[
         Path | None,
         typer.Option(
@@ -153,11 +131,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
 
 
 @_kind(timed=True)
-def carriage(
-    pitch: Annotated[
-        str | None, typer.Option(help="Travel per count, such as 71.4um.", show_default="by y")
-    ] = None,
-) -> None:
+def carriage() -> None:
     """Model for the law `terminal` (columns t, u, x; y, a laser).
 
     The record consists of strokes, with x in counts.
@@ -166,20 +140,7 @@ def carriage(
 
 
 @_kind(timed=True)
-def actuator(
-    table: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="table.h5 of `identify hysteresis`.")
-    ] = None,
-    ambient: Annotated[
-        float | None, typer.Option(help="Room temperature [degC].", show_default="25")
-    ] = None,
-    austenite: Annotated[
-        float | None,
-        typer.Option(
-            help="Without --table: temperature of half contraction [degC].", show_default="80"
-        ),
-    ] = None,
-) -> None:
+def actuator(table: Path | None = None) -> None:
     """An actuator from heatings (columns t, u, x; y, c).
 
     With --table the result is for the law `inverse`.
@@ -189,38 +150,14 @@ def actuator(
 
 
 @_kind(timed=True, join=True)
-def linear(
-    method: Annotated[
-        str, typer.Option(help="output_error, box_jenkins, mls, sriv, gls or least_squares.")
-    ] = "output_error",
-    order: Annotated[str, typer.Option(help="Orders of a and b, and the delay.")] = "1,1,1",
-    start: Annotated[str, typer.Option(help="Records start at rest, or free.")] = "rest",
-    width: Annotated[
-        float, typer.Option(help="Dead zone, subtracted from the magnitude of u.")
-    ] = 0.0,
-    offset: Annotated[
-        float | None,
-        typer.Option(help="Constant of the output, in its unit.", show_default="found"),
-    ] = None,
-) -> None:
+def linear() -> None:
     """A discrete linear model (columns t, u and y, or x).
 
     A position x is differentiated."""
 
 
 @_kind(timed=True)
-def deadzone(
-    travel: Annotated[
-        tuple[float, float] | None, typer.Option(help="Range of x over which motion counts.")
-    ] = None,
-    pause: Annotated[float, typer.Option(help="A longer standstill counts as a stop [s].")] = 0.05,
-    gain: Annotated[
-        float | None, typer.Option(help="Static gain [x/s/V], for a0 and delta of (4.5).")
-    ] = None,
-    width: Annotated[
-        float | None, typer.Option(help="Dead zone for these [V].", show_default="the one found")
-    ] = None,
-) -> None:
+def deadzone() -> None:
     """Lowest voltages with steady motion (columns t, u, x).
 
     They come from runs at constant voltages.
@@ -228,31 +165,7 @@ def deadzone(
 
 
 @_kind()
-def hysteresis(
-    curves: Annotated[str, typer.Option(help="auto, ascending or descending.")] = "auto",
-    shape: Annotated[
-        str, typer.Option(help="Relay density: free, monotone or nonnegative.")
-    ] = "monotone",
-    smooth: Annotated[
-        str,
-        typer.Option(
-            parser=_number, help="Smoothing length [grid steps]; auto: by cross-validation."
-        ),
-    ] = "1",
-    between: Annotated[
-        str,
-        typer.Option(
-            help=(
-                "Interpolation between curves: along the input, or along the "
-                "output for steep branches; auto: by cross-validation."
-            )
-        ),
-    ] = "input",
-    drift: Annotated[
-        bool,
-        typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
-    ] = False,
-) -> None:
+def hysteresis() -> None:
     """A Preisach table from first-order curves (columns u, f).
 
     The curves are separated by a column curve, or lie along time t. FILE may be a table.h5 or
@@ -269,19 +182,7 @@ def stress() -> None:
 
 
 @_kind(timed=True)
-def thermal(
-    table: Annotated[
-        Path | None,
-        typer.Option(help=("table.h5 of `identify hysteresis`, to infer heat from positions.")),
-    ] = None,
-    ambient: Annotated[
-        float | None,
-        typer.Option(help="Room temperature [degC].", show_default="first value, or 25"),
-    ] = None,
-    step: Annotated[
-        float | None, typer.Option(help="Voltage of the step for the dynamics [V].")
-    ] = None,
-) -> None:
+def thermal() -> None:
     """Gain and dynamics of heating (columns t, u, T or x).
 
     They come from steps. A column x needs --table.
@@ -289,12 +190,7 @@ def thermal(
 
 
 @_kind()
-def hall(
-    low: Annotated[float, typer.Option(help="First voltage of the table.")] = 0.0,
-    high: Annotated[float, typer.Option(help="Last voltage of the table.")] = 5.0,
-    points: Annotated[int, typer.Option(help="Number of voltages in the table.")] = 126,
-    method: Annotated[str, typer.Option(help="mean or spline.")] = "mean",
-) -> None:
+def hall() -> None:
     """A position sensor's table (columns v, x).
 
     It comes from slow sweeps in both directions.
@@ -302,14 +198,7 @@ def hall(
 
 
 @_kind()
-def plays(
-    plays: Annotated[
-        int, typer.Option(help="Number of play operators, including the one without a threshold.")
-    ] = 16,
-    rate: Annotated[
-        bool, typer.Option("--rate", help="The loop depends on the rate (column t).")
-    ] = False,
-) -> None:
+def plays() -> None:
     """Play operators of a loop, such as a piezo's (columns u, f).
 
     The loop is measured over time and must not saturate.
@@ -389,7 +278,7 @@ def _work(
     as_json: bool,
     machine: Path | None,
 ) -> None:
-    from macromicro.identify.kinds import drive_file, fitted
+    from macromicro.identify.kinds import drive_report, fitted
     from macromicro.identify.result import NAMES
     from macromicro.identify.search import until
     from macromicro.machines import identified
@@ -406,7 +295,7 @@ def _work(
         if known is not None:
             found.toml = identified.merged(found, known)
             words = f"identified mass and friction, all else from {known.file}"
-            found.remarks = [r for r in found.remarks if r[0] not in drive_file.ABOUT]
+            found.remarks = [r for r in found.remarks if r[0] not in drive_report.ABOUT]
             found.remarks.append(("model.toml", words))
     if out is not None:
         with folder.staged(out, NAMES) as place:

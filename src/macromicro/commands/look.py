@@ -11,7 +11,7 @@ from macromicro.commands.options import Json
 from macromicro.commands.streams import warned
 
 if TYPE_CHECKING:
-    from macromicro.identify.look.told import Look
+    from macromicro.identify.look import Look
 
 
 def look(
@@ -28,7 +28,7 @@ def look(
 
     The last line is the command to use next (docs/identify.md).
     """
-    from macromicro.identify.look.told import look as looked
+    from macromicro.identify.look import look as looked
     from macromicro.report.run import as_json as to_json
 
     with warned():
@@ -44,7 +44,7 @@ def _show(found: Look) -> None:
     from rich.text import Text
 
     from macromicro.drawing.console import terminal
-    from macromicro.identify.look.told import words
+    from macromicro.identify.look import words
 
     console = terminal()
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)

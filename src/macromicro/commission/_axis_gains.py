@@ -97,6 +97,7 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
         late = values.get("lag", model.axis.lag) - model.axis.lag
         resonance, damping, lag = (one * random.standard_normal() for one in off.values())
         load, motor, drive = settings.load, settings.motor, settings.drive
+        friction, timing = settings.friction, settings.timing
         stiffer = 1.0 if mode is None else 1.0 + resonance / mode.shape.resonance
         yield settings._replace(
             load=load.times(heavier),
@@ -106,8 +107,8 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
                 frequency=max(stiffer, 0.1) * drive.frequency,
                 damping=max(drive.damping + damping, 0.0),
             ),
-            friction=settings.friction._replace(viscous=settings.friction.viscous + rubs),
-            timing=settings.timing._replace(delay=max(settings.timing.delay + late + lag, 0.0)),
+            friction=friction._replace(viscous=friction.viscous + rubs),
+            timing=timing._replace(delay=max(timing.delay + late + lag, 0.0)),
         )
 
 
@@ -138,10 +139,8 @@ def robustness(settings: Any, model: Model) -> Robustness:
 OBJECTIVE = "settling"
 LEAST = 0.5  # distance of the loop from -1: a peak of its sensitivity of 2
 _EVALUATIONS = 80
-_LOOKED, _SPARE = (
-    20,
-    1.06,
-)  # drawn models on which a design is looked at, and what more they ask for
+_LOOKED = 20  # drawn models on which a design is looked at
+_SPARE = 1.06  # times the margin that all drawn models must keep
 
 
 def models(settings: Any, model: Model) -> Iterator[Any]:

@@ -17,9 +17,9 @@ from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing import phases
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
-from macromicro.identify.axis import simulate
 from macromicro.identify.clusters import NORMAL
 from macromicro.machines.parts import LOAD
+from macromicro.models.mass import simulate
 from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
@@ -132,23 +132,19 @@ def strokes(records: Sequence[Record], model: Model, dt: float, place: Place = L
     picked = [records[k] for k in np.linspace(0, len(records) - 1, _SHOWN).round().astype(int)]
     figure, axes = new(5.2, 3, _SHOWN)
     figure.subplots_adjust(wspace=0.4)
+    labels = [f"travel [{place.unit}]", f"[{place.fine}]", "[V]"]
+    titles = ["strokes", "measured less model", "effort"]
     for k, one in enumerate(picked):
         free = simulate(model.axis, one.u, dt, float(one.x[0]))
         line(axes[0, k], one.t, (one.x - one.x[0]) * place.per, BLUE, "measured")
         line(axes[0, k], one.t, (free - one.x[0]) * place.per, RED, "model", linestyle="--")
         line(axes[1, k], one.t, (one.x - free) * place.fines, BLACK, "")
         line(axes[2, k], one.t, one.u, BLUE, "")
-        finish(
-            axes[0, k],
-            "" if k else "strokes",
-            "",
-            f"travel [{place.unit}]" if not k else "",
-            legend=k == _SHOWN - 1,
-        )
-        finish(
-            axes[1, k], "" if k else "measured less model", "", f"[{place.fine}]" if not k else ""
-        )
-        finish(axes[2, k], "" if k else "effort", "time [s]", "[V]" if not k else "")
+        for row, (title, label) in enumerate(zip(titles, labels, strict=True)):
+            said = ("", "") if k else (title, label)
+            time = "time [s]" if row == 2 else ""
+            legend = row == 0 and k == _SHOWN - 1
+            finish(axes[row, k], said[0], time, said[1], legend=legend)
     return figure
 
 
@@ -178,28 +174,16 @@ def mode_doubts(mode: Mode | None, dt: float) -> list[str]:
     """What the chirp did not show or showed in part."""
     nyquist = 0.5 / dt
     if mode is None:
-        return [
-            (
-                "The chirp gave no result, so structural modes are unknown. A longer travel, a "
-                "larger --effort or a finer encoder would help."
-            )
-        ]
+        unknown = "The chirp gave no result, so structural modes are unknown."
+        return [f"{unknown} A longer travel, a larger --effort or a finer encoder would help."]
     top = mode.seen[1]
+    if not mode.found and mode.left > _UNEXPLAINED:
+        unknown = "Neither a rigid axis nor one mode explains the chirp."
+        return [f"{unknown} Check for several modes or backlash."]
+    if not mode.found and top < 0.9 * _exciting.HIGH / dt:
+        beyond = f"beyond that the encoder hardly resolves the chirp, up to {nyquist:.4g} Hz"
+        return [f"No mode was found up to {top:.3g} Hz; {beyond}, half the control frequency."]
     if not mode.found:
-        if mode.left > _UNEXPLAINED:
-            return [
-                (
-                    "Neither a rigid axis nor one mode explains the chirp. Check for several "
-                    "modes or backlash."
-                )
-            ]
-        if top < 0.9 * _exciting.HIGH / dt:
-            return [
-                (
-                    f"No mode was found up to {top:.3g} Hz; beyond that the encoder hardly "
-                    f"resolves the chirp, up to {nyquist:.4g} Hz, half the control frequency."
-                )
-            ]
         return [f"No mode below {nyquist:.4g} Hz, half the control frequency: the axis is rigid."]
     said = []
     if mode.shape.at == LOAD:

@@ -8,7 +8,7 @@ import numpy as np
 
 from macromicro.commission._probing import Direction, Ends, go
 from macromicro.commission.stand import Caution, CommissionError, Record, Stand
-from macromicro.identify.axis import Axis
+from macromicro.models.mass import Axis
 
 # The mass is unknown, but friction helps to brake: the distance of an acceleration suffices to stop
 # under the same effort, so a stroke brakes half-way to the end of the window at the latest. Short
@@ -26,12 +26,7 @@ class Stroke:
     """Random efforts one way, then the level's full effort the other way until it reverses."""
 
     def __init__(
-        self,
-        level: float,
-        least: float,
-        turn: float,
-        speed: float,
-        random: np.random.Generator,
+        self, level: float, least: float, turn: float, speed: float, random: np.random.Generator
     ) -> None:
         self.level, self.least = level, min(1.15 * least, level)
         self.turn, self.speed, self.random = turn, speed, random
@@ -178,12 +173,7 @@ def speed(ends: Ends, caution: Caution) -> float:
 
 
 def shaken(
-    stand: Stand,
-    about: Axis,
-    found: Direction,
-    ends: Ends,
-    caution: Caution,
-    creep: float,
+    stand: Stand, about: Axis, found: Direction, ends: Ends, caution: Caution, creep: float
 ) -> list[Record]:
     """All passes, the two of a pair in succession."""
     v, most = speed(ends, caution), strength(found, caution.effort)

@@ -65,9 +65,8 @@ def _values(place: Path, step: Step, asked: dict[str, Any]) -> Any:
         made = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
         result = step.result(**made)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ProblemError(
-            where, f"the step's result is damaged: {error}", "Delete the file to repeat the step."
-        ) from None
+        remedy = "Delete the file to repeat the step."
+        raise ProblemError(where, f"the step's result is damaged: {error}", remedy) from None
     _same(where, before, asked)
     return result
 

@@ -176,10 +176,6 @@ def faster(found: Compared, tuned: Tuned) -> Tuned:
     if is_better(after, before):
         row = (what, f"{after:.3g}", f"{before:.3g} {unit} by the rules", unit)
         return tuned._replace(rows=(row, *tuned.rows), doubts=(*tuned.doubts, *doubts))
-    row = (
-        what,
-        f"{before:.3g}",
-        f"{after:.3g} {unit} by the search, whose gains are rejected",
-        unit,
-    )
+    rejected = f"{after:.3g} {unit} by the search, whose gains are rejected"
+    row = (what, f"{before:.3g}", rejected, unit)
     return Tuned(rows=(row,), doubts=(*tuned.doubts, *doubts))

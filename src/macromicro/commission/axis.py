@@ -7,17 +7,12 @@ from macromicro.commission import (
     _axis_gains,
     _axis_page,
     _exciting,
+    _gravity,
     _mode,
     _probing,
+    _settings,
     _verifying,
 )
-from macromicro.commission import (
-    _gravity as weight,
-)
-from macromicro.commission import (
-    _probing as friction,
-)
-from macromicro.commission import _settings as found_settings
 from macromicro.commission._axis_fit import Model
 from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Direction, Ends, FrictionMap, go
@@ -44,7 +39,7 @@ def _weight_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     return (
         f"No effort for {QUIET} s. If the axis sinks, it may sink to its lower end for "
-        f"up to {weight.SINKING:.0f} s; then the effort rises from 0 to at most "
+        f"up to {_gravity.SINKING:.0f} s; then the effort rises from 0 to at most "
         f"{o.effort:.3g} V of either sign until it is lifted by {p.per * LIFT * o.travel:.2g} "
         f"{p.unit}. It is held there, and sinks if this is interrupted."
     )
@@ -52,7 +47,7 @@ def _weight_intent(work: Work) -> str:
 
 def _weight(work: Work) -> Weight:
     o = work.options
-    return weight.held(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
+    return _gravity.held(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
 
 
 def _direction_intent(work: Work) -> str:
@@ -94,7 +89,7 @@ def _ends(work: Work) -> Ends:
 def _friction_intent(work: Work) -> str:
     ends, p = ends_of(work), work.stand.place
     return (
-        f"The axis creeps to {friction.PLACES} positions between {ends.low * p.per:.4g} and "
+        f"The axis creeps to {_probing.PLACES} positions between {ends.low * p.per:.4g} and "
         f"{ends.high * p.per:.4g} {p.unit}; at each, the effort rises until it moves, in both "
         "directions."
     )
@@ -102,7 +97,7 @@ def _friction_intent(work: Work) -> str:
 
 def _friction(work: Work) -> FrictionMap:
     caution = work.options.caution(work.options.creep)
-    return friction.mapped(work.stand, direction_of(work), ends_of(work), caution)
+    return _probing.mapped(work.stand, direction_of(work), ends_of(work), caution)
 
 
 def _strokes_intent(work: Work) -> str:
@@ -169,7 +164,7 @@ def fitted(work: Work) -> Model:
 
 def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
     where = ends_of(work) if ends is None else ends
-    return found_settings.settings(
+    return _settings.settings(
         found, where, friction=work[FRICTION], strokes=work[STROKES],
         effort=work.options.effort, stand=work.stand,
     )  # fmt: skip

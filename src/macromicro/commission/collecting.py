@@ -130,9 +130,8 @@ def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recordin
 def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
     tree = given.tree
     if given.rig is not None:
-        raise ProblemError(
-            "--rig", "this experiment runs on the simulated stage only", "Remove --rig."
-        )
+        remedy = "Remove --rig."
+        raise ProblemError("--rig", "this experiment runs on the simulated stage only", remedy)
     dt, gain = float(tree.timing.period), float(tree.amplifier.gain)
     low, high = tree.amplifier.low, tree.amplifier.high
     corners = [0.0, *(low + share * (high - low) for share in CORNERS), 0.0]

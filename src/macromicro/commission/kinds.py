@@ -8,12 +8,7 @@ from macromicro.errors import ProblemError
 from macromicro.schema import plugins
 from macromicro.schema.text import printable
 
-KINDS: tuple[Kind, ...] = (
-    axis.KIND,
-    piezo.KIND,
-    wire.KIND,
-    rotary.KIND,
-)
+KINDS: tuple[Kind, ...] = (axis.KIND, piezo.KIND, wire.KIND, rotary.KIND)
 NAMES = tuple(kind.name for kind in KINDS)
 GROUP = "macromicro.commissions"
 FORM = "MODULE:KIND of your own"

@@ -84,11 +84,8 @@ def own(
 ) -> Place:
     found = kinds.chosen(kind, "--kind")
     if lowest is not None and not found.one_way:
-        raise ProblemError(
-            "--lowest",
-            f"the efforts of --kind {kind} are symmetric",
-            "Remove it, or choose another kind.",
-        )
+        remedy = "Remove it, or choose another kind."
+        raise ProblemError("--lowest", f"the efforts of --kind {kind} are symmetric", remedy)
     fixture = open_rig(name, seed, alone=True, limits=board_limits.UNKNOWN)
     fixture.need("commission", "encoder")
     if calibrate:

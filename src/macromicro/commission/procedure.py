@@ -102,13 +102,11 @@ class Options(NamedTuple):
             accepted = f"at most --speed {place.told(self.speed, 'm/s')}"
             raise InputError("--creep", place.told(self.creep, "m/s"), accepted)
         if self.endless and self.low is None:
-            raise ProblemError(
-                "--ends none", "continuous rotation needs a window", "Add --from and --to."
-            )
+            remedy = "Add --from and --to."
+            raise ProblemError("--ends none", "continuous rotation needs a window", remedy)
         if (self.low is None) != (self.high is None):
-            raise ProblemError(
-                "--from and --to", "only one of them is given", "Give both, or none."
-            )
+            remedy = "Give both, or none."
+            raise ProblemError("--from and --to", "only one of them is given", remedy)
         if self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high:
             window = f"from {place.told(self.low)} to {place.told(self.high)}"
             found = f"{window} excludes the present position, 0"
@@ -341,10 +339,7 @@ def _sign(results: Iterable[Any]) -> float:
 
 
 def perform(
-    kind: Kind,
-    work: Work,
-    ask: Callable[[Step, str], None],
-    done: Callable[[Step, Any], None],
+    kind: Kind, work: Work, ask: Callable[[Step, str], None], done: Callable[[Step, Any], None]
 ) -> None:
     """Do all steps that are left.
 

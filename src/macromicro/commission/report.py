@@ -34,13 +34,8 @@ def verification(recording: Recording, place: Unit = LENGTH) -> Figure:
     line(axes[0, 0], t, x, BLUE, "position")
     line(axes[1, 0], t, (x - target) * 1e3, BLUE, "error")
     line(axes[2, 0], t, np.asarray(recording["effort"], float), RED, "effort")
-    finish(
-        axes[0, 0],
-        "Verification: moves that were not used before",
-        "",
-        f"[{place.unit}]",
-        legend=True,
-    )
+    title = "Verification: moves that were not used before"
+    finish(axes[0, 0], title, "", f"[{place.unit}]", legend=True)
     finish(axes[1, 0], "error", "", f"[{place.fine}]")
     finish(axes[2, 0], "effort", "time [s]", "[V]")
     return figure
@@ -116,16 +111,10 @@ def move_rows(found: Commissioned) -> list[tuple[str, ...]]:
     """Moves of the verification, under `headings`."""
     lines = []
     for m in found.verified.moves:
-        figures_ = (m.peak_error, m.overshoot, m.rest_error)
-        lines.append(
-            (
-                f"{m.move + 1}",
-                f"{m.target:.6g}",
-                "not" if m.arrived_s is None else f"{m.arrived_s:.3f}",
-                f"{m.profile_s:.3f}",
-                *("-" if v is None else f"{v * 1e3:.3g}" for v in figures_),
-            )
-        )
+        arrived = "not" if m.arrived_s is None else f"{m.arrived_s:.3f}"
+        errors = (m.peak_error, m.overshoot, m.rest_error)
+        shown = ("-" if v is None else f"{v * 1e3:.3g}" for v in errors)
+        lines.append((f"{m.move + 1}", f"{m.target:.6g}", arrived, f"{m.profile_s:.3f}", *shown))
     return lines
 
 

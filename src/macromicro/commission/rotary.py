@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from macromicro.commission import _axis_page, _gravity, axis
-from macromicro.commission import _gravity as weight
 from macromicro.commission._axis_fit import Model
 from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Ends
@@ -25,7 +24,7 @@ def _weight_intent(work: Work) -> str:
     low, high = _window(work)
     return (
         f"No effort for {QUIET} s; whatever falls or swings then has up to "
-        f"{weight.SINKING:.0f} s to settle, and is lifted off an end on which it leans. Then "
+        f"{_gravity.SINKING:.0f} s to settle, and is lifted off an end on which it leans. Then "
         f"the effort rises from 0 to at most {o.effort:.3g} V until the axis starts, in both "
         f"directions, there and at up to {2 * len(_gravity.OFFSETS)} angles from "
         f"{p.per * low:.4g} to {p.per * high:.4g} {p.unit}, reached at "

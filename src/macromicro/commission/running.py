@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from macromicro import __version__
@@ -24,6 +23,7 @@ VERIFY, TUNE = "verification", "gains by search on the model"
 COMPARE = _verifying.STEP.title
 # From a machine, its settings and its rigs with their zeros to a calibration.
 Calibrate = Callable[[AnyMachine, Any, tuple[Shifted, ...]], Any]
+NO_SEARCH = Tuned()
 _CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
@@ -53,7 +53,7 @@ class Commissioned(NamedTuple):
     # tolerance within which the model came to rest, m; None: as it follows from the encoder
     rested: float | None = None
     margins: Robustness = Robustness()  # of the gains
-    tuned: Tuned = Tuned()  # result of the search for gains
+    tuned: Tuned = NO_SEARCH  # result of the search for gains
     calibration: Any = None  # None: it was not calibrated
 
 
@@ -83,11 +83,12 @@ def commission(
         stand = Stand(session, place.dt, place.pitch, ended, kind.place)
         work = Work(stand, options, before)
         procedure.perform(kind, work, lambda step, intent: ask(step.title, intent), kept)
-        model = kind.model(work)
+        stage = _Modelled(place, work, kind.model(work))
         # Reckoned before anything moves again: what sinks by its weight sinks meanwhile.
-        rested, tuned = _reckoned(place, work, model, done, ended)
-        tuned = _compared(place, work, model, (rested, tuned), ask, kept)
-        toml, tree, on, verified = _verified(place, work, model, (rested, tuned), ask)
+        rested, tuned = stage.reckoned(done, ended)
+        if kind.compare is not None and tuned.gains:
+            tuned = stage.compared(rested, tuned, kind.compare, ask, kept)
+        toml, tree, on, verified = stage.verified(rested, tuned, ask)
         if tuned.gains and not verified.met:
             # A stage may hum under gains of a search, though it arrived sooner by them before.
             found = f"{results.arrived(verified.moves)} of {verified.asked}"
@@ -95,14 +96,14 @@ def commission(
             doubt += f" ({verified.fault})" if verified.fault else ""
             doubt += "; it was repeated with the gains of the rules."
             tuned = Tuned(doubts=(*tuned.doubts, doubt))
-            work.stand.rest(work.options.caution(work.options.creep))
-            toml, tree, on, verified = _verified(place, work, model, (rested, tuned), ask)
+            stage.rest()
+            toml, tree, on, verified = stage.verified(rested, tuned, ask)
         done(VERIFY)
         calibration = None
         if calibrate is not None and verified.met:
-            calibration = calibrate(machines.named(kind.name, "machine"), tree, (on,))
-    robust = _margins(kind, tree, model)
-    return Commissioned(work, model, toml, tree, verified, rested, robust, tuned, calibration)
+            calibration = calibrate(stage.machine, tree, (on,))
+    robust = _margins(kind, tree, stage.model)
+    return Commissioned(work, stage.model, toml, tree, verified, rested, robust, tuned, calibration)
 
 
 def _check_known(place: Place) -> None:
@@ -113,89 +114,114 @@ def _check_known(place: Place) -> None:
     known["encoder.pitch"].check(place.pitch, "--pitch")
 
 
-def _verified(
-    place: Place,
-    work: Work,
-    model: Any,
-    reckoned: tuple[float | None, Tuned],
-    ask: Callable[[str, str], None],
-) -> tuple[str, Any, Shifted, Verified]:
-    """The machine's file, its settings, the rig with its zero, and the verification."""
-    kind, more = place.kind, _more(place, *reckoned)
-    tree = _settings(place, work, model, None, more)[1]
-    what = f"makes {len(_verifying.SHARES)} moves within its travel with these gains"
-    ask(VERIFY, f"{kind.homing} and {what}, {_most(kind, tree)}.")
-    home = kind.home(work, model)
-    toml, tree = _settings(place, work, model, home, more)
-    machine = machines.named(kind.name, "machine")
-    on = Shifted(work.stand)
-    return toml, tree, on, _verifying.verify(on, machine, tree)
+class _Modelled(NamedTuple):
+    """A stage whose model was found, and the machines that follow from it."""
 
+    place: Place
+    work: Work
+    model: Any
 
-def _reckoned(
-    place: Place, work: Work, model: Any, done: Callable[[str], None], ended: Callable[[], bool]
-) -> tuple[float | None, Tuned]:
-    """Tolerance of the model, and gains that beat the rules' on it."""
-    kind, tuned = place.kind, Tuned()
-    tree = _settings(place, work, model, None)[1]
-    machine = machines.named(kind.name, "machine")
-    rested = None if kind.rehearse is None else kind.rehearse(machine, tree)
-    if kind.tune is not None:
+    @property
+    def machine(self) -> machines.Machine:
+        return machines.named(self.place.kind.name, "machine")
 
-        def progress(count: int, best: float) -> None:
-            del count, best
-            if ended():
-                raise KeyboardInterrupt
+    def settings(
+        self, rested: float | None, tuned: Tuned = NO_SEARCH, home: Any = None
+    ) -> tuple[str, Any]:
+        """The machine's file and settings with a tolerance and gains, if there are any."""
+        kind = self.place.kind
+        values = kind.settings(self.work, self.model, home)
+        if rested is not None:
+            values = {**values, TOLERANCE: f'"{rested!r} {kind.place.base}"'}
+        values = {**values, **tuned.gains}
+        toml, tree = self._file(values)
+        fastest = self.work.options.speed
+        if tree.guard.speed <= fastest:
+            return toml, tree
+        # Nothing is known of it at speeds that it was not allowed, and it is not allowed them now.
+        unit, cruise = kind.place.named("m/s"), min(tree.motion.velocity, _CRUISE * fastest)
+        slower = {"motion.velocity": cruise, "guard.speed": fastest}
+        return self._file({**values, **{k: f'"{v!r} {unit}"' for k, v in slower.items()}})
 
-        tree = _settings(place, work, model, None, _more(place, rested, tuned))[1]
-        try:
-            tuned = kind.tune(tree, model, progress)
-        except Exception as error:  # whatever a kind of the user's does
-            tuned = Tuned(doubts=(_failed("A search for better gains failed", error),))
-        done(TUNE)
-    return rested, tuned
+    def _file(self, values: dict[str, str]) -> tuple[str, Any]:
+        kind, name = self.place.kind, printable(self.place.name, 200)
+        lines = [f"Found by commissioning {name} with macromicro {__version__}."]
+        if procedure.sign(kind, self.work) < 0.0:
+            lines.append(kind.turned)
+        lines += ["", f"As found, in V and {kind.place.base}, with 95 % intervals:"]
+        for quantity, one in kind.estimates(self.model).items():
+            lines.append(f"  {quantity} = {one.value:.4g} +- {one.half:.2g} {one.unit}")
+        return as_file(values, "\n".join([*lines, kind.head]), kind.name)
 
+    def reckoned(
+        self, done: Callable[[str], None], ended: Callable[[], bool]
+    ) -> tuple[float | None, Tuned]:
+        """Tolerance of the model, and gains that beat the rules' on it."""
+        kind, tuned = self.place.kind, NO_SEARCH
+        rested = None
+        if kind.rehearse is not None:
+            rested = kind.rehearse(self.machine, self.settings(None)[1])
+        if kind.tune is not None:
 
-def _compared(
-    place: Place,
-    work: Work,
-    model: Any,
-    reckoned: tuple[float | None, Tuned],
-    ask: Callable[[str, str], None],
-    kept: Callable[[Step, Any], None],
-) -> Tuned:
-    """The searched gains, or none where the stage itself settles no faster."""
-    kind, (rested, tuned) = place.kind, reckoned
-    compare = kind.compare
-    if compare is None or not tuned.gains:
-        return tuned
-    machine = machines.named(kind.name, "machine")
-    trees = [
-        _settings(place, work, model, None, _more(place, rested, one))[1]
-        for one in (Tuned(), tuned)
-    ]
-    # Gains may change how closely a stage rests: both are judged by what both can hold.
-    within = max(float(tree.arrival.tolerance) for tree in trees)
+            def progress(count: int, best: float) -> None:
+                del count, best
+                if ended():
+                    raise KeyboardInterrupt
 
-    def tried(one: Tuned) -> tuple[float, str]:
-        home = kind.home(work, model)
-        tree = _settings(place, work, model, home, _more(place, within, one))[1]
-        found = compare(work.stand, machine, tree)
-        # What stops a run lets go of a weight, too.
-        work.stand.rest(work.options.caution(work.options.creep))
-        return found
+            tree = self.settings(rested)[1]
+            try:
+                tuned = kind.tune(tree, self.model, progress)
+            except Exception as error:  # whatever a kind of the user's does
+                tuned = Tuned(doubts=(_failed("A search for better gains failed", error),))
+            done(TUNE)
+        return rested, tuned
 
-    found = work.found.get(_verifying.STEP.name)
-    if found is None or found.gains != _verifying.listed(tuned):
-        ask(
-            COMPARE,
-            f"{kind.homing} and makes {len(_verifying.COMPARED_SHARES)} moves within its travel, "
-            "with the gains of the rules and then with those of the search, "
-            f"{_most(kind, trees[0])}.",
-        )
-        found = _verifying.compared(tried, tuned)
-        kept(_verifying.STEP, found)
-    return _verifying.faster(found, tuned)
+    def compared(
+        self,
+        rested: float | None,
+        tuned: Tuned,
+        compare: Callable[[Stand, Any, Any], tuple[float, str]],
+        ask: Callable[[str, str], None],
+        kept: Callable[[Step, Any], None],
+    ) -> Tuned:
+        """The searched gains, or none where the stage itself settles no faster."""
+        kind, work = self.place.kind, self.work
+        trees = [self.settings(rested, one)[1] for one in (NO_SEARCH, tuned)]
+        # Gains may change how closely a stage rests: both are judged by what both can hold.
+        within = max(float(tree.arrival.tolerance) for tree in trees)
+
+        def tried(one: Tuned) -> tuple[float, str]:
+            tree = self.settings(within, one, kind.home(work, self.model))[1]
+            found = compare(work.stand, self.machine, tree)
+            self.rest()  # what stops a run lets go of a weight, too
+            return found
+
+        found = work.found.get(_verifying.STEP.name)
+        if found is None or found.gains != _verifying.listed(tuned):
+            ask(
+                COMPARE,
+                f"{kind.homing} and makes {len(_verifying.COMPARED_SHARES)} moves within its "
+                "travel, with the gains of the rules and then with those of the search, "
+                f"{_most(kind, trees[0])}.",
+            )
+            found = _verifying.compared(tried, tuned)
+            kept(_verifying.STEP, found)
+        return _verifying.faster(found, tuned)
+
+    def verified(
+        self, rested: float | None, tuned: Tuned, ask: Callable[[str, str], None]
+    ) -> tuple[str, Any, Shifted, Verified]:
+        """The machine's file, its settings, the rig with its zero, and the verification."""
+        kind = self.place.kind
+        tree = self.settings(rested, tuned)[1]
+        what = f"makes {len(_verifying.SHARES)} moves within its travel with these gains"
+        ask(VERIFY, f"{kind.homing} and {what}, {_most(kind, tree)}.")
+        toml, tree = self.settings(rested, tuned, kind.home(self.work, self.model))
+        on = Shifted(self.work.stand)
+        return toml, tree, on, _verifying.verify(on, self.machine, tree)
+
+    def rest(self) -> None:
+        self.work.stand.rest(self.work.options.caution(self.work.options.creep))
 
 
 def _most(kind: Kind, tree: Any) -> str:
@@ -204,12 +230,6 @@ def _most(kind: Kind, tree: Any) -> str:
         f"at up to {told(tree.motion.velocity, 'm/s', 3)}, "
         f"{told(tree.motion.acceleration, 'm/s^2', 3)} and {tree.guard.effort:.3g} V"
     )
-
-
-def _more(place: Place, rested: float | None, tuned: Tuned) -> dict[str, str]:
-    unit = place.kind.place.base
-    rest = {} if rested is None else {TOLERANCE: f'"{rested!r} {unit}"'}
-    return {**rest, **tuned.gains}
 
 
 def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
@@ -225,34 +245,3 @@ def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
 def _failed(what: str, error: Exception) -> str:
     """Note of a failed computation."""
     return f"{what} ({f'{type(error).__name__}: {error}'[:200]})."
-
-
-def _settings(
-    place: Place, work: Work, model: Any, home: Any, more: Mapping[str, str] = MappingProxyType({})
-) -> tuple[str, Any]:
-    kind = place.kind
-    values = {**kind.settings(work, model, home), **more}
-    toml, tree = _made(place, work, model, values)
-    fastest = work.options.speed
-    if tree.guard.speed <= fastest:
-        return toml, tree
-    # Nothing is known of it at speeds that it was not allowed, and it is not allowed them now.
-    unit, cruise = kind.place.named("m/s"), min(tree.motion.velocity, _CRUISE * fastest)
-    slower = {"motion.velocity": cruise, "guard.speed": fastest}
-    capped = {path: f'"{speed!r} {unit}"' for path, speed in slower.items()}
-    return _made(place, work, model, {**values, **capped})
-
-
-def _made(place: Place, work: Work, model: Any, values: dict[str, str]) -> tuple[str, Any]:
-    return as_file(values, _head(place, work, model), place.kind.name)
-
-
-def _head(place: Place, work: Work, model: Any) -> str:
-    kind = place.kind
-    lines = [f"Found by commissioning {printable(place.name, 200)} with macromicro {__version__}."]
-    if procedure.sign(kind, work) < 0.0:
-        lines.append(kind.turned)
-    lines += ["", f"As found, in V and {kind.place.base}, with 95 % intervals:"]
-    for name, one in kind.estimates(model).items():
-        lines.append(f"  {name} = {one.value:.4g} +- {one.half:.2g} {one.unit}")
-    return "\n".join([*lines, kind.head])

@@ -37,11 +37,7 @@ _TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
 _HEADER_END = "***End_of_Header***"  # of LabVIEW; one above each of its segments
-_BOMS = {
-    codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF16_LE: "utf-16",
-    codecs.BOM_UTF16_BE: "utf-16",
-}
+_BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 ACCEPTED = "text in UTF-8, UTF-16 or Latin-1"
 HEADING = "a heading with the columns' names, such as t_s,u_V,x_mm"
 WORDED = r"[\s\"'#%\[(<]*[^\W\d_]"  # a line that begins with a letter
@@ -134,11 +130,8 @@ def split(content: bytes, whole: bool, where: str) -> Lines:
     text = content.decode(encoding, errors="replace")
     if junk := _JUNK.search(text, 0, SAMPLE):
         place = text.count("\n", 0, junk.start()) + 1
-        raise ProblemError(
-            f"{where}, line {place}",
-            f"the text contains the control character 0x{ord(junk[0]):02x}",
-            f"Give {ACCEPTED}.",
-        )
+        problem = f"the text contains the control character 0x{ord(junk[0]):02x}"
+        raise ProblemError(f"{where}, line {place}", problem, f"Give {ACCEPTED}.")
     if not text.strip():
         raise ProblemError(where, "the file is empty", "Add columns of numbers below a heading.")
     returns = "\n" not in text and "\r" in text.rstrip("\r")
@@ -271,9 +264,8 @@ def _laid(
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:
-        raise ProblemError(
-            where, "the file has nothing but comments", "Add rows of numbers below a heading."
-        )
+        remedy = "Add rows of numbers below a heading."
+        raise ProblemError(where, "the file has nothing but comments", remedy)
     mark, count = parting(plain, marks)
     rows = [(k, row) for k, line in plain if len(row := cells(line, mark)) == count]
     kinds = tuple(majority([kind(row[j]) for _, row in rows[-_MOST:]]) for j in range(count))

@@ -6,14 +6,17 @@ import codecs
 import io
 import math
 import re
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.drawing.console import progress_bar
 from macromicro.errors import InputError, ProblemError
 from macromicro.files import naming
 from macromicro.files._layout import (
@@ -34,7 +37,6 @@ from macromicro.files._layout import (
     number,
     split,
 )
-from macromicro.files._progress import bar
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
 
@@ -278,16 +280,8 @@ def _block(text: str, mark: str, columns: Sequence[int], dtype: type) -> Array:
         return np.empty((0, 0))
 
     def parsed(text: str) -> Array:
-        return np.loadtxt(
-            io.StringIO(text),
-            dtype,
-            None,
-            mark,
-            usecols=columns,
-            unpack=True,
-            ndmin=2,
-            quotechar='"',
-        )
+        how: dict[str, Any] = {"usecols": columns, "unpack": True, "ndmin": 2, "quotechar": '"'}
+        return np.asarray(np.loadtxt(io.StringIO(text), dtype, None, mark, **how))
 
     if not text.strip():
         return np.empty((len(columns), 0))
@@ -429,3 +423,17 @@ def _more(lines: Sequence[object]) -> str:
     """What a message adds that names the first of these lines."""
     count = len(lines) - 1
     return f", and {count} more line{'s' * (count != 1)}" if count else ""
+
+
+LONG = 50_000_000  # bytes
+
+
+@contextmanager
+def bar(name: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Show progress for a long file, if stderr is a terminal."""
+    if total < LONG or not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    with progress_bar() as shown:
+        task = shown.add_task(f"reading {name}", total=total)
+        yield lambda done: shown.update(task, completed=done)

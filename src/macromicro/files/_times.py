@@ -66,11 +66,8 @@ def _days(a: Array, b: Array, c: Array, where: str) -> Array:
         year, month, day = c, b, a
         moves = np.ptp(a[good]) > 0.0 and np.ptp(b[good]) > 0.0
         if moves and a[good].max() <= 12.0:
-            raise ProblemError(
-                where,
-                "day and month of these dates are ambiguous",
-                "Write dates as 2024-03-01, or give a column of numbers in s.",
-            )
+            remedy = "Write dates as 2024-03-01, or give a column of numbers in s."
+            raise ProblemError(where, "day and month of these dates are ambiguous", remedy)
     year = np.where(year < 100.0, year + 2000.0, year)
     if (month[good] < 1).any() or (month[good] > 12).any():
         raise ProblemError(where, "a month is not from 1 to 12", "Write dates as 2024-03-01.")

@@ -30,8 +30,10 @@ def is_forc(path: Path) -> bool:
 def read(path: Path) -> Table:
     begin, where, suffix = _begin(path), printable(path, 300), path.suffix.lower()
     if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5") or begin.startswith(_MATLAB_HDF5):
-        return _hdf5(path, where, begin)
-    if begin.startswith(_MATLAB) or suffix == ".mat":
+        if not begin.startswith(_MATLAB_HDF5) and is_recording(path):
+            return _recording(path, where)
+        kind = "hdf5"
+    elif begin.startswith(_MATLAB) or suffix == ".mat":
         kind = "matlab"
     elif begin.startswith(_PARQUET) or suffix == ".parquet":
         kind = "parquet"
@@ -51,15 +53,6 @@ def read(path: Path) -> Table:
 
     made: Table = getattr(_containers, f"{kind}_table")(path, where, WHAT)
     return made
-
-
-def _hdf5(path: Path, where: str, begin: bytes) -> Table:
-    """A recording, or another program's HDF5 file."""
-    from macromicro.files import _hdf5 as hdf5
-
-    if not begin.startswith(_MATLAB_HDF5) and is_recording(path):
-        return _recording(path, where)
-    return hdf5.table(path, where, WHAT)
 
 
 def is_recording(path: Path) -> bool:

@@ -56,9 +56,8 @@ def timed(table: Table) -> str:
     if name := table.times():
         return name
     listed = ", ".join(printable(name) for name in table.columns)
-    raise ProblemError(
-        table.file, "there is no column of times", f"Call one t or time; there are {listed}."
-    )
+    remedy = f"Call one t or time; there are {listed}."
+    raise ProblemError(table.file, "there is no column of times", remedy)
 
 
 def called(table: Table) -> dict[str, str]:

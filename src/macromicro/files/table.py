@@ -72,9 +72,8 @@ class Table(NamedTuple):
         for name in names:
             if name in self.doubtful:
                 where = f"{self.file}, {printable(name)}"
-                raise ProblemError(
-                    where, self.doubtful[name], "Give each column of numbers its own name."
-                )
+                remedy = "Give each column of numbers its own name."
+                raise ProblemError(where, self.doubtful[name], remedy)
         if isinstance(self.columns, Columns):
             return self.columns.several(names)
         return {name: self.columns[name] for name in names}

@@ -94,22 +94,17 @@ def _one(
         u, f = u[good], f[good]
     different = np.unique(u).size
     if u.size >= 3 and different == 1:
-        raise ProblemError(
-            f"{where}, input",
-            f"the input is constant at {sign * u[0]:g}",
-            "Record an input that moves.",
-        )
+        remedy = "Record an input that moves."
+        raise ProblemError(f"{where}, input", f"the input is constant at {sign * u[0]:g}", remedy)
     if different < 2:
         _warn(DroppedCurveWarning, f"{where}: only {different} different inputs; left out")
         return None
     trend = direction(u)
     if trend > 0.9:
         way, first = ("rises", "highest") if sign > 0.0 else ("falls", "lowest")
-        raise ProblemError(
-            where,
-            f"the input {way} throughout, without a reversal at its start",
-            f"Give {kind} curves, the {first} input first, or kind={KINDS[sign > 0.0]!r}.",
-        )
+        problem = f"the input {way} throughout, without a reversal at its start"
+        remedy = f"Give {kind} curves, the {first} input first, or kind={KINDS[sign > 0.0]!r}."
+        raise ProblemError(where, problem, remedy)
     top = int(np.argmax(u))
     if trend > -0.9 and top >= 2 and direction(u[: top + 1]) > 0.9 and direction(u[top:]) < -0.9:
         _warn(CutWarning, f"{where}: {top} rows before the reversal left out")
@@ -152,9 +147,8 @@ def recorded(u: npt.ArrayLike, f: npt.ArrayLike, least: int) -> tuple[Array, Arr
     try:
         inputs, outputs = np.asarray(u, dtype=np.float64), np.asarray(f, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ProblemError(
-            "recording", "the values are not numbers", "Give two lists of numbers."
-        ) from None
+        remedy = "Give two lists of numbers."
+        raise ProblemError("recording", "the values are not numbers", remedy) from None
     if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < least:
         found = f"input and output have the shapes {inputs.shape} and {outputs.shape}"
         raise ProblemError("recording", found, f"Give equally long lists, {least} numbers or more.")

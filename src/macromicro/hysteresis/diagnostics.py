@@ -169,9 +169,8 @@ def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -
                 samples.append((corner, back))
             del stack[-2:]
     if not gaps:
-        raise ProblemError(
-            "recording, wiping-out", "no minor loop closes", "Record at least one that does."
-        )
+        remedy = "Record at least one that does."
+        raise ProblemError("recording, wiping-out", "no minor loop closes", remedy)
     return _deviation(gaps, samples, outputs)
 
 
@@ -232,11 +231,8 @@ def congruency(
             gaps.append(float(np.max(np.abs(shapes[0] - shapes[1]))))
             samples.append((other.start, one.start))
     if not gaps:
-        raise ProblemError(
-            "recording, congruency",
-            "no two branches start at equal inputs",
-            "Record at least two that do.",
-        )
+        remedy = "Record at least two that do."
+        raise ProblemError("recording, congruency", "no two branches start at equal inputs", remedy)
     return _deviation(gaps, samples, outputs)
 
 

@@ -141,15 +141,11 @@ def from_density(
         if weights.shape != (cells, cells):
             raise InputError("cell weights, shape", weights.shape, f"{(cells, cells)}")
         if np.any(np.triu(weights, 1) != 0.0):
-            raise ProblemError(
-                "cell weights", "there is weight at alpha < beta", "Set it to 0 where row < column."
-            )
+            remedy = "Set it to 0 where row < column."
+            raise ProblemError("cell weights", "there is weight at alpha < beta", remedy)
     if not np.all(np.isfinite(weights)) or np.any(weights < 0.0):
-        raise ProblemError(
-            "relay density",
-            "a weight is negative or not finite",
-            "Give finite weights of at least 0.",
-        )
+        remedy = "Give finite weights of at least 0."
+        raise ProblemError("relay density", "a weight is negative or not finite", remedy)
     values = np.zeros((n, n))
     # Summed over the rows below alpha, then over the columns above beta.
     values[1:, :-1] = np.cumsum(np.cumsum(weights, axis=0)[:, ::-1], axis=1)[:, ::-1]

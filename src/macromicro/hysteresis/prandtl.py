@@ -47,10 +47,7 @@ class Plays(NamedTuple):
 
 
 def operator(
-    thresholds: npt.ArrayLike,
-    weights: npt.ArrayLike,
-    offset: float = 0.0,
-    widening: float = 0.0,
+    thresholds: npt.ArrayLike, weights: npt.ArrayLike, offset: float = 0.0, widening: float = 0.0
 ) -> Prandtl:
     """An operator from lists, checked so that it dissipates and can be inverted.
 
@@ -88,11 +85,9 @@ def operator(
     try:
         r, w = (np.array(v, dtype=np.float64, ndmin=1) for v in (thresholds, weights))
     except (TypeError, ValueError):
-        raise ProblemError(
-            f"{where}, thresholds and weights",
-            "the values are not numbers",
-            "Give lists of numbers.",
-        ) from None
+        problem = "the values are not numbers"
+        remedy = "Give lists of numbers."
+        raise ProblemError(f"{where}, thresholds and weights", problem, remedy) from None
     if r.ndim != 1 or r.shape != w.shape or not 1 <= r.size <= MOST_PLAYS:
         found = f"thresholds and weights have the shapes {r.shape} and {w.shape}"
         raise ProblemError(where, found, f"Give as many weights as thresholds, 1 to {MOST_PLAYS}.")

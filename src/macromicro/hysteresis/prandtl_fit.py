@@ -165,11 +165,9 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
     known = _known(inputs, plays)
     fitted = known + round((1.0 - held_out) * (n - known))
     if fitted - known < 2 * plays or float(np.ptp(inputs[known:fitted])) < 0.1 * np.ptp(inputs):
-        raise ProblemError(
-            "recording, input",
-            f"only {fitted - known} samples remain to fit after the first full stroke",
-            f"Move the input to both ends of its range and back, {2 * plays} samples or more.",
-        )
+        problem = f"only {fitted - known} samples remain to fit after the first full stroke"
+        remedy = f"Move the input to both ends of its range and back, {2 * plays} samples or more."
+        raise ProblemError("recording, input", problem, remedy)
     thresholds = spaced(inputs, plays)
     # Two more columns, for an offset of either sign. The triangle of the orthogonal factors has
     # the same solution and a row a play instead of a row a sample.
@@ -180,11 +178,9 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
     found, _ = nnls(r, q.T @ outputs[known:fitted], maxiter=100 * columns.shape[1])
     weights, offset = found[:plays] / scale, float(found[plays] - found[plays + 1])
     if not weights[0] > 0.0:
-        raise ProblemError(
-            "recording, output",
-            "no part of the output follows the input at once",
-            "Turn the sign of one of them, so that both rise together.",
-        )
+        problem = "no part of the output follows the input at once"
+        remedy = "Turn the sign of one of them, so that both rise together."
+        raise ProblemError("recording, output", problem, remedy)
     found_operator = operator(thresholds, weights, offset)
     predicted = offset + y @ weights
     error = predicted - outputs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Self, cast
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.invert import follow, follow_inverse, invert, maximum_for
-from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, peek
+from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, advance, peek
 from macromicro.hysteresis.shape import cells
 from macromicro.hysteresis.table import FodTable
 from macromicro.kernel import compiled
@@ -83,25 +83,14 @@ class Preisach:
         self._offset = table.f_low - self._base * self._scale
         values = np.ascontiguousarray(table.values / self._scale)
         self._arrays = Everett(table.lo, table.step, table.n, values)
-        self._rows = values.tolist()
-        self._hold(np.zeros((max(256, table.n) + 1, 4)))
+        self._corners = np.zeros((max(256, table.n) + 1, 4))
+        self._corners[0] = (math.inf, -math.inf, self._base, self._base)
         self.reset()
-
-    def _hold(self, corners: Array) -> None:
-        corners[0] = (math.inf, -math.inf, self._base, self._base)
-        self._corners = corners
-        self._stack = cast("memoryview[float]", corners.reshape(-1).data)
-        self._full = corners.shape[0] - 1
-
-    def _grow(self) -> None:
-        larger = np.zeros((2 * self._full + 1, 4))
-        larger[: self._full + 1] = self._corners
-        self._hold(larger)
 
     def _memory(self) -> Memory:
         """The state for the kernels, with room for one more move."""
-        if self._pairs >= self._full:
-            self._grow()
+        if self._pairs >= len(self._corners) - 1:
+            self._corners = np.concatenate([self._corners, np.zeros_like(self._corners)])
         return Memory(self._corners, self._pairs, self._u)
 
     @property
@@ -160,56 +149,11 @@ class Preisach:
         InputError
             NaN.
         """
-        if u != u:  # noqa: PLR0124 - NaN, at less cost than a call
+        if math.isnan(u):
             raise InputError("Preisach.step, input", u, "a number")
-        if self._pairs >= self._full:
-            self._grow()
-        return self._offset + self._scale * self._advance(u)
-
-    def _advance(self, u: float) -> float:
-        """`memory.advance` for the interpreter: the same bits at four times the speed."""
-        table, stack, last = self._arrays, self._stack, self._arrays.n - 2
-        lo, hi = table.lo, table.lo + (table.n - 1) * table.step
-        u = lo if u < lo else u if u < hi else hi  # min() and max() would take twice the time
-        # Row k is at k * 4: its maximum, its minimum, the output at either (`memory`).
-        k, rising = 4 * self._pairs, u > self._u
-        if rising:
-            while stack[k] <= u:
-                k -= 4
-            alpha, beta = u, stack[k + 1]
-        elif u < self._u:
-            while stack[k - 3] >= u:
-                k -= 4
-            alpha, beta = stack[k], u
-        else:
-            return stack[k + 3]
-        scale, top = 1.0 / table.step, table.n - 1.0
-        x = (alpha - lo) * scale
-        y = (beta - lo) * scale if beta > lo else 0.0
-        x = x if x < top else top
-        i = int(x) if x < top else last
-        j = int(y) if y < top else last
-        row, after = self._rows[i], self._rows[i + 1]
-        if i == j:
-            weight = after[i] * (x - y)
-        else:
-            x -= i
-            y -= j
-            weight = (row[j] * (1.0 - x) + after[j] * x) * (1.0 - y)
-            weight += (row[j + 1] * (1.0 - x) + after[j + 1] * x) * y
-        if rising:
-            f = stack[k + 3] + weight
-            f = f if f < 1.0 else 1.0
-            k += 4
-            stack[k] = u
-            stack[k + 2] = f
-        else:
-            f = stack[k + 2] - weight
-            f = f if f > 0.0 else 0.0
-        stack[k + 1] = u
-        stack[k + 3] = f
-        self._pairs, self._u = k >> 2, u
-        return f
+        memory, f = advance(self._arrays, self._memory(), u)
+        self._pairs, self._u = memory.pairs, memory.u
+        return self._offset + self._scale * f
 
     def run(self, u: npt.ArrayLike) -> Array:
         """Outputs along inputs, from the present state on; compiled for long ones.
@@ -231,13 +175,10 @@ class Preisach:
         """
         inputs = _vector("Preisach.run, inputs", u)
         outputs = np.empty_like(inputs)
-        if inputs.size < WORTH_COMPILING:
-            for t, value in enumerate(inputs.tolist()):
-                outputs[t] = self.step(value)
-            return outputs
+        walk = compiled(follow) if inputs.size >= WORTH_COMPILING else follow
         done = 0
         while done < inputs.size:
-            memory, done = compiled(follow)(
+            memory, done = walk(
                 self._arrays, self._memory(), inputs, outputs, done, self._scale, self._offset
             )
             self._pairs, self._u = memory.pairs, memory.u
@@ -370,9 +311,8 @@ class Preisach:
             maxima = _vector(where, state["maxima"])
             minima = _vector(where, state["minima"])
         except (KeyError, TypeError):
-            raise ProblemError(
-                where, "maxima or minima are missing", "Give a state that was saved."
-            ) from None
+            remedy = "Give a state that was saved."
+            raise ProblemError(where, "maxima or minima are missing", remedy) from None
         nested = (
             maxima.size == minima.size >= 1
             and np.all(np.diff(maxima) < 0.0)
@@ -382,11 +322,8 @@ class Preisach:
             and minima[0] >= self.table.lo
         )
         if not nested:
-            raise ProblemError(
-                where,
-                "the corners are out of order",
-                "Give equally many, maxima falling, minima rising, within the table.",
-            )
+            remedy = "Give equally many, maxima falling, minima rising, within the table."
+            raise ProblemError(where, "the corners are out of order", remedy)
         self.reset()
         for top, low in zip(maxima.tolist(), minima.tolist(), strict=True):
             self.step(top)

@@ -13,14 +13,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis.curves import (
-    KINDS,
-    ClockwiseWarning,
-    ClosureWarning,
-    Curve,
-    Kind,
-    tidy,
-)
+from macromicro.hysteresis.curves import KINDS, ClockwiseWarning, ClosureWarning, Curve, Kind, tidy
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.shape import (
     ROUNDS,
@@ -93,9 +86,8 @@ class FodTable:
         if n < 2 or self.values.shape != (n, n) or not np.isfinite(self.values).all():
             raise InputError("table, values", self.values.shape, "finite numbers, shape (n, n)")
         if np.any(np.triu(self.values) != 0.0):
-            raise ProblemError(
-                "table, values", "the values on or above the diagonal are not 0", "Set them to 0."
-            )
+            problem = "the values on or above the diagonal are not 0"
+            raise ProblemError("table, values", problem, "Set them to 0.")
         if not (math.isfinite(self.lo) and math.isfinite(self.step) and self.step > 0.0):
             raise InputError("table, grid", (self.lo, self.step), "a finite lo, a step above 0")
         if not math.isfinite(self.f_low) or self.span == 0.0:
@@ -171,11 +163,8 @@ class FodTable:
         low, span = float(rising[0]), float(rising[-1] - rising[0])
         extent = float(np.ptp(np.concatenate([curve.f for curve in used])))
         if span < 1e-3 * extent:
-            raise ProblemError(
-                "first-order curves",
-                "the output is equal at both ends",
-                "Record curves between two different saturations.",
-            )
+            remedy = "Record curves between two different saturations."
+            raise ProblemError("first-order curves", "the output is equal at both ends", remedy)
         if abs(gap) > 0.02 * extent:
             share = 100.0 * abs(gap) / extent
             message = f"branches end {share:.1f} % of the range apart; difference distributed"
@@ -279,9 +268,8 @@ class FodTable:
         values = self.values / self.span
         slopes = np.concatenate([np.diff(values, axis=0).ravel(), -np.diff(values, axis=1).ravel()])
         if np.min(slopes) < -1e-12:
-            raise ProblemError(
-                "table", "the table is not monotone", "Make it with shape='monotone'."
-            )
+            remedy = "Make it with shape='monotone'."
+            raise ProblemError("table", "the table is not monotone", remedy)
         return Everett(self.lo, self.step, self.n, values)
 
     def curve(self, start: float, inputs: npt.ArrayLike, kind: Kind | None = None) -> Array:

@@ -61,11 +61,8 @@ def save_table(table: FodTable, path: str | Path) -> None:
         else:
             _write_hdf5(table, file)
     except OSError as error:
-        raise ProblemError(
-            printable(file, 300),
-            f"the file cannot be written: {error.strerror or error}",
-            "Choose another place.",
-        ) from None
+        problem = f"the file cannot be written: {error.strerror or error}"
+        raise ProblemError(printable(file, 300), problem, "Choose another place.") from None
 
 
 def load_table(path: str | Path) -> FodTable:
@@ -175,13 +172,11 @@ def _read_hdf5(file: Path) -> FodTable:
                 raise KeyError(f"no attribute {missing[0]}")
             values = np.asarray(store["values"], dtype=np.float64)
     except (OSError, KeyError, TypeError, ValueError) as error:
-        raise ProblemError(
-            where, f"the file cannot be read: {printable(error, 120)}", f"Name {_WHAT}."
-        ) from None
+        problem = f"the file cannot be read: {printable(error, 120)}"
+        raise ProblemError(where, problem, f"Name {_WHAT}.") from None
     if any(points.ndim != 2 or points.shape[1] != 2 for points in raw):
-        raise ProblemError(
-            f"{where}, raw", "a curve has another shape than (m, 2)", "Save the table again."
-        )
+        remedy = "Save the table again."
+        raise ProblemError(f"{where}, raw", "a curve has another shape than (m, 2)", remedy)
     return FodTable(
         float(kept["lo"]),
         float(kept["step"]),
@@ -232,9 +227,8 @@ def _read_csv(file: Path) -> FodTable:
         if abs(_numbers(row[:1], line)[0] - grid[i]) > 1e-6 * abs(step):
             raise InputError(line, row[0], f"M = {grid[i]:g}, as in the heading")
     if not (step > 0.0 and np.all(np.abs(np.diff(grid) - step) < 1e-6 * step)):
-        raise ProblemError(
-            f"{where}, inputs", "the inputs do not rise in equal steps", "Resample the table."
-        )
+        remedy = "Resample the table."
+        raise ProblemError(f"{where}, inputs", "the inputs do not rise in equal steps", remedy)
     below = np.tri(n, k=-1, dtype=bool)
     values = np.where(below, np.diag(first_order)[:, None] - first_order, 0.0)
     return FodTable(

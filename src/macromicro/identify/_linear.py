@@ -15,7 +15,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify._autoregression import autoregression
+from macromicro.identify._disturbances import autoregression
 from macromicro.identify.clusters import Spread, by_scores
 from macromicro.identify.records import Record, Signals, records
 from macromicro.identify.search import least_squares, triangle
@@ -117,11 +117,8 @@ def prepared(
     data = records(u, y, weights, least=2 * (na + nb) + delay + _SPARE)
     starts = max(na, nb + delay - 1) if start == "free" else 0
     if starts and not any(np.ptp(r.u) for r in data):
-        raise ProblemError(
-            "u",
-            "the input is constant",
-            'Record one that changes, or use start="rest" for a step from rest.',
-        )
+        remedy = 'Record one that changes, or use start="rest" for a step from rest.'
+        raise ProblemError("u", "the input is constant", remedy)
     return Task(data, int(na), int(nb), float(dt), int(delay), int(starts))
 
 
@@ -160,9 +157,8 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
     """theta of psi' W (target - phi theta) = 0, columns scaled; psi is phi for least squares."""
     scale = np.sqrt(np.einsum("ij,ij->j", phi, phi))
     if (scale == 0.0).any():
-        raise ProblemError(
-            "record", "a signal is zero throughout", "Record an input and an output that change."
-        )
+        remedy = "Record an input and an output that change."
+        raise ProblemError("record", "a signal is zero throughout", remedy)
     left, right = psi / scale * roots[:, None], phi / scale * roots[:, None]
     if psi is phi:
         # The triangle of a QR decomposition holds all that the small solution needs.
@@ -175,11 +171,8 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
         poor = not np.linalg.cond(square) < 1e13
         theta = np.zeros_like(moments) if poor else np.linalg.solve(square, moments)
     if poor:
-        raise ProblemError(
-            "record",
-            "input and output do not determine all parameters",
-            "Record an input that changes more often, or choose a lower order.",
-        )
+        remedy = "Record an input that changes more often, or choose a lower order."
+        raise ProblemError("record", "input and output do not determine all parameters", remedy)
     return np.asarray(theta / scale)
 
 

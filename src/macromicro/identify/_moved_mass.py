@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import _counts, clusters
-from macromicro.identify._ripple import Ripple, ripple
+from macromicro.identify._disturbances import Ripple, ripple
 from macromicro.identify.axis_inverse import differences
 from macromicro.identify.clusters import Spread
 from macromicro.identify.engine import Fit, Index, Pieces, Simulated, Space, cleared, fit, settled
@@ -185,7 +185,7 @@ def started(
     run: Run, model: Model, axis: Axis, near: tuple[float, float] | None = None
 ) -> tuple[float, float]:
     """State at a record's start from which the free simulation is nearest to it."""
-    run = Run(*(column[:_BEGINNING] for column in run))
+    run = run.part(0, _BEGINNING)
     lead = math.ceil(axis.lag / run.dt)
     fixed = Model((), axis, model.speed)
     where = space(fixed, [run], axis)
@@ -375,7 +375,7 @@ def stretches(runs: list[Run], count: int = _PARTS, length: int | None = None) -
         size = min(LONG // count if length is None else length, len(run.t))
         parts = max(min(round(count * len(run.t) / total), len(run.t) // size), 1)
         for first in np.linspace(0, len(run.t) - size, parts).astype(int):
-            made.append(Run(*(column[first : first + size] for column in run)))
+            made.append(run.part(first, first + size))
     return made
 
 

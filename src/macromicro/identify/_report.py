@@ -171,8 +171,7 @@ def free_run(fitted: Sequence[Pair], tests: Sequence[Pair], label: str) -> Figur
         ]
         names += [f"not fitted: {printable(Path(one.file).name, 30)}" for one in others]
         shown += others
-    t, measured, model = zip(*((p.t, p.measured, p.model) for p in shown), strict=True)
-    return pictures.free_runs(t, measured, model, label, names=names)
+    return pictures.free_runs(shown, label, names)
 
 
 def notes(lines: Sequence[Line], point: str = "_") -> dict[str, tuple[float, str]]:

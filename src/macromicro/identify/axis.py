@@ -1,21 +1,5 @@
-"""The axis of `macromicro.models.mass`, under the name by which identification knows it."""
+"""The axis of `macromicro.models.mass`, by the name that users of identification know."""
 
-from macromicro.models.mass import (
-    Axis,
-    acting,
-    breakaway,
-    decay,
-    free_run,
-    given,
-    late,
-    level,
-    motion,
-    simulate,
-    stopping,
-)
-from macromicro.models.mass import glide as step
+from macromicro.models.mass import Axis, simulate
 
-__all__ = [
-    "Axis", "acting", "breakaway", "decay", "free_run", "given", "late", "level", "motion",
-    "simulate", "step", "stopping",
-]  # fmt: skip
+__all__ = ["Axis", "simulate"]

@@ -14,25 +14,25 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _axis_doubts, _axis_hints, _moved_mass, clusters
-from macromicro.identify._axis_instruments import instrumented, under
-from macromicro.identify._choose import Judged, turn
+from macromicro.identify import _axis_hints, _moved_mass, clusters
 from macromicro.identify._moved_mass import Model
-from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
     Rows,
     differences,
     fitted,
+    instrumented,
     plausible,
+    under,
     with_lag,
 )
+from macromicro.identify.engine import Judged, turn
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import fit_percent, flag_saturation
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.sprung_fit import FIT, Load, SprungFit, concluded
-from macromicro.models.mass import motion
+from macromicro.models.mass import Axis, late, motion, simulate
 
 _LEAST = 200
 _SHARE = 0.05  # of the time: an axis that goes back for less shows no friction in that direction
@@ -228,7 +228,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     if eccentric is None:
         _axis_hints.warned_of_load(rows, judged.structure)
     inverse = instrumented(rows, fitted(rows, judged.structure))
-    _axis_doubts.against(inverse)
+    _axis_hints.against(inverse)
     if not plausible(inverse):
         notice(
             DataWarning,
@@ -260,9 +260,9 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         clusters.mixed(inverse.spread, inverse.names, inverse.values)
         starts, free = _free_runs(records, model, inverse.axis, fit.starts)
         residuals = tuple(r.x - run for r, run in zip(runs, free, strict=True))
-    _axis_doubts.apart(inverse, refined)
-    _axis_doubts.mixed(inverse.names, rows)
-    _axis_doubts.coarse((inverse.axis, fit.axis), runs[0].dt)
+    _axis_hints.apart(inverse, refined)
+    _axis_hints.mixed(inverse.names, rows)
+    _axis_hints.coarse((inverse.axis, fit.axis), runs[0].dt)
     return DriveFit(
         judged.structure,
         inverse,
@@ -284,7 +284,7 @@ def _parts(runs: list[Run]) -> list[Run]:
     if not _moved_mass.is_long(runs):
         return runs
     for k, run in enumerate(runs):
-        _axis_doubts.jumps(run, f"record[{k}].x")
+        _axis_hints.jumps(run, f"record[{k}].x")
     return _moved_mass.stretches(runs)
 
 
@@ -335,17 +335,15 @@ def _check(gain: float, structure: str, holdout: float, delay: int | str) -> Non
         raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
     whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _axis_hints.LATEST
     if delay != FIT and not whole:
-        raise InputError(
-            "delay", delay, f'a whole number of samples from 0 to {_axis_hints.LATEST}, or "{FIT}"'
-        )
+        accepted = f'a whole number of samples from 0 to {_axis_hints.LATEST}, or "{FIT}"'
+        raise InputError("delay", delay, accepted)
 
 
 def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
     for name, values in (("t", t), ("u", u), ("x", x)):
         if not hasattr(values, "__len__") or len(values) == 0:
-            raise ProblemError(
-                f"drive: {name}", "the array is missing or empty", "Give an array of numbers."
-            )
+            remedy = "Give an array of numbers."
+            raise ProblemError(f"drive: {name}", "the array is missing or empty", remedy)
     if np.ndim(next(iter(t))) == 0:
         return [checked(t, u, x, "record", _LEAST)]
     if not len(t) == len(u) == len(x):
@@ -358,9 +356,8 @@ def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
 
 def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
     if all(np.ptp(r.u) == 0.0 and r.u[0] == runs[0].u[0] for r in runs):
-        raise ProblemError(
-            "u", f"the input is constant at {runs[0].u[0]:g}", "Record an input that changes."
-        )
+        remedy = "Record an input that changes."
+        raise ProblemError("u", f"the input is constant at {runs[0].u[0]:g}", remedy)
     # The part held out must be longer than the low-pass of the decimation, 21 factors.
     filtering = driven.filtering
     shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else driven.holdout)
@@ -371,10 +368,9 @@ def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
     rows = []
     for i, run in enumerate(runs):
         if np.ptp(run.x) == 0.0:
-            raise ProblemError(
-                f"record[{i}].x", f"the position is constant at {run.x[0]:g}", "Record a motion."
-            )
-        _axis_doubts.jumps(run, f"record[{i}].x")
+            problem = f"the position is constant at {run.x[0]:g}"
+            raise ProblemError(f"record[{i}].x", problem, "Record a motion.")
+        _axis_hints.jumps(run, f"record[{i}].x")
         corner = CUTOFF / run.dt if filtering.cutoff is None else filtering.cutoff
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
@@ -411,19 +407,15 @@ def split(records: list[Run], holdout: float) -> tuple[list[Run], list[Run]]:
         return kept, records[_MANY - 1 :: _MANY]
     cuts = [round(len(r.x) * (1.0 - holdout)) for r in records]
     parts = list(zip(records, cuts, strict=True))
-    return [_part(r, 0, at) for r, at in parts], [_part(r, at, len(r.x)) for r, at in parts]
-
-
-def _part(run: Run, first: int, last: int) -> Run:
-    return Run(*(column[first:last] for column in run))
+    return [r.part(0, at) for r, at in parts], [r.part(at, None) for r, at in parts]
 
 
 def _blocks(run: Run) -> list[Run]:
     count = max(min(_BLOCKS, len(run.x) // _LEAST), 1)
     ends = np.linspace(0, len(run.x), count + 1).round().astype(int)
-    return [_part(run, a, b) for a, b in pairwise(ends.tolist())]
+    return [run.part(a, b) for a, b in pairwise(ends.tolist())]
 
 
 def _directions(records: list[Run]) -> set[float]:
     speeds = np.concatenate([_moved_mass.located(r, False)[1] for r in records])
-    return _axis_doubts.directions(speeds, _SHARE)
+    return _axis_hints.directions(speeds, _SHARE)

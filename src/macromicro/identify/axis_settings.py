@@ -12,8 +12,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from macromicro.identify.axis import Axis
+from macromicro.identify import model_file
 from macromicro.identify.eccentric import Eccentric
+from macromicro.models.mass import Axis
 from macromicro.place import ANGLE
 
 GRAVITY = 9.80665  # m/s^2
@@ -177,10 +178,6 @@ def as_toml(
     tables: dict[str, list[str]] = {}
     for path, value in settings.items():
         table, _, name = path.rpartition(".")
-        note = f"  # {notes[path]}" if path in notes else ""
-        tables.setdefault(table, []).append(f"{name} = {value}{note}")
-    lines = [*(f"# {line}".rstrip() for line in head.splitlines()), "", f'machine = "{machine}"']
-    lines += tables.pop("", [])
-    for table, own in tables.items():
-        lines += ["", f"[{table}]", *own]
-    return "\n".join(lines) + "\n"
+        tables.setdefault(table, []).append(model_file.line(name, value, notes.get(path, "")))
+    first = "\n".join([f'machine = "{machine}"', *tables.pop("", []), ""])
+    return model_file.written(head, first, tables)

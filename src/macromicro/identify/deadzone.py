@@ -147,11 +147,8 @@ def constant(recordings: Sequence[Any]) -> list[Run]:
 def both_ways(runs: Sequence[Run]) -> None:
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         if not any(r.u[0] * sign > 0.0 for r in runs):
-            raise ProblemError(
-                "recordings",
-                f"there is no run at a {name} voltage",
-                "Record runs in both directions.",
-            )
+            remedy = "Record runs in both directions."
+            raise ProblemError("recordings", f"there is no run at a {name} voltage", remedy)
 
 
 def _under_way(run: Run, low: float, high: float) -> int:
@@ -189,11 +186,8 @@ def _lowest(trials: Sequence[Trial], direction: float) -> float:
             break
         passed = level
     if np.isnan(passed):
-        raise ProblemError(
-            "recordings",
-            f"the motion is interrupted even at {levels[0] * direction:g} V",
-            "Record runs at higher voltages as well.",
-        )
+        problem = f"the motion is interrupted even at {levels[0] * direction:g} V"
+        raise ProblemError("recordings", problem, "Record runs at higher voltages as well.")
     if passed == levels[-1]:
         notice(
             DataWarning,

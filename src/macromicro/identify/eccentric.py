@@ -9,8 +9,8 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import clusters
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_inverse import ECCENTRIC
+from macromicro.models.mass import Axis
 
 NAMES = ("unbalance", "hangs")
 

@@ -1,4 +1,4 @@
-"""Output error over pieces of records: the parameters whose simulation is nearest to the data.
+"""Output error over pieces of records, and the choice between models by pieces held out.
 
 Over a whole record disturbing forces accumulate like a random walk; in pieces a longer record
 gives a better estimate. Each piece has its own initial state, which is eliminated: residuals and
@@ -45,15 +45,9 @@ class Pieces(NamedTuple):
         return np.concatenate([[0], np.cumsum(self.many)])
 
     def some(self, kept: npt.NDArray[np.bool_]) -> Pieces:
-        return Pieces(
-            self.force,
-            self.first[kept],
-            self.many[kept],
-            self.dt[kept],
-            self.x[kept],
-            self.v[kept],
-            self.y[np.repeat(kept, self.many)],
-        )
+        first, many = self.first[kept], self.many[kept]
+        dt, x, v = (each[kept] for each in (self.dt, self.x, self.v))
+        return Pieces(self.force, first, many, dt, x, v, self.y[np.repeat(kept, self.many)])
 
     def totals(self, values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, self.edges[:-1]))
@@ -227,3 +221,80 @@ class _Search:
         for unit in self._units:
             values = values - unit * self.pieces.spread(self.pieces.totals(unit * values))
         return values
+
+
+# A richer model has to predict the pieces held out in turn better by a share, and by more than they
+# scatter.
+
+FOLDS = 3
+GAIN = 0.02  # a richer model must lower the held-out error by this part
+_SURE = 2.0  # and the pieces' squares by so many standard errors of what they gain
+_SEARCH = 15  # steps of a search without the pieces held out
+
+
+class Judged(NamedTuple):
+    structure: str  # the chosen one
+    # RMS error of each in a typical held-out piece: the geometric mean of all
+    scores: dict[str, float]
+    reasons: dict[str, str]  # why each other one was not chosen, in words
+
+
+def turn(number: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Turn in which each piece is held out."""
+    # Every third piece, a different one of each three: a motion with a period of three pieces would
+    # otherwise be held out in the same phase each time.
+    return (number + number // FOLDS) % FOLDS
+
+
+def typical(squares: Array) -> float:
+    # A plain mean would be that of the one piece in which the mass sticks.
+    return float(np.exp(0.5 * np.mean(np.log(squares))))
+
+
+def no_better(score: float, richer: float, gained: Array, than: str, sure: float = _SURE) -> str:
+    """Why a richer model is not taken; empty if it is."""
+    if richer >= (1.0 - GAIN) * score:
+        return f"not {100.0 * GAIN:.0f} % better than {than}"
+    error = float(np.std(gained, ddof=1) / np.sqrt(len(gained))) if len(gained) > 1 else 0.0
+    if float(gained.mean()) < sure * error:
+        return f"better than {than}, but by less than the scatter of the blocks"
+    return ""
+
+
+def simplest(squares: dict[str, Array], reasons: dict[str, str] | None = None) -> Judged:
+    """The simplest model, of those from poor to rich, that no richer one beats."""
+    scores = {name: typical(each) for name, each in squares.items()}
+    against = dict(reasons or {})
+    best = ""
+    for name, score in scores.items():
+        if not best:
+            best = name
+            continue
+        gained = np.log(squares[best] / squares[name])
+        why = no_better(scores[best], score, gained, best)
+        if why:
+            against[name] = why
+        else:
+            against[best] = f"{name} is better"
+            best = name
+    return Judged(best, scores, against)
+
+
+def held_out(
+    simulated: Simulated, space: Space, pieces: Pieces, begin: Array, measured: Pieces | None = None
+) -> Array:
+    """Mean square error of each piece by a fit without it, from its own state or a measured one."""
+    turns = turn(np.arange(len(pieces.many)))
+    squares = np.empty(len(turns))
+    for fold in range(min(FOLDS, len(turns))):
+        held = turns == fold
+        kept = pieces if held.all() else pieces.some(~held)
+        found = fit(simulated, space, kept, begin, most=_SEARCH, rounds=1)
+        if measured is None:
+            other = pieces.some(held)
+            error = residual(simulated, space, other, found.values)
+        else:
+            other = measured.some(held)
+            error = simulated(found.values, other) - other.y
+        squares[held] = other.totals(error**2) / other.many
+    return np.asarray(squares + 1e-30 * space.unit**2)

@@ -117,26 +117,15 @@ def _tables(runs: Sequence[tuple[Array, Array]], grid: Array) -> Array:
 
 def _averaged(grid: Array, tables: Array) -> Calibration:
     """Mean of the runs' tables, extended at the ends and made monotone."""
-    points, step = len(grid), grid[1] - grid[0]
-    with np.errstate(invalid="ignore"):
-        seen = np.isfinite(tables).all(axis=0)
-    if seen.sum() < points // 2:
-        raise ProblemError(
-            "Hall calibration",
-            f"only {seen.sum()} of {points} voltages are covered",
-            "Record runs in both directions over at least half of the sensor's range.",
-        )
-    mean = np.full(points, np.nan)
-    mean[seen] = tables[:, seen].mean(axis=0)
-    first, last = np.flatnonzero(seen)[[0, -1]]
-    inner = np.interp(grid, grid[seen], mean[seen])
-    inner[:first] = (
-        inner[first] + (grid[:first] - grid[first]) * (inner[first + 1] - inner[first]) / step
-    )
-    inner[last + 1 :] = (
-        inner[last] + (grid[last + 1 :] - grid[last]) * (inner[last] - inner[last - 1]) / step
-    )
-    return Calibration(float(grid[0]), float(step), np.maximum.accumulate(inner))
+    seen = np.asarray(np.isfinite(tables).all(axis=0))
+    _check_covered(seen, "Hall calibration")
+    return _continued(grid, seen, tables[:, seen].mean(axis=0))
+
+
+def _check_covered(seen: NDArray[np.bool_], where: str) -> None:
+    if seen.sum() < len(seen) // 2:
+        remedy = "Record runs in both directions over at least half of the sensor's range."
+        raise ProblemError(where, f"only {seen.sum()} of {len(seen)} voltages are covered", remedy)
 
 
 class SplineFit(NamedTuple):
@@ -188,12 +177,7 @@ def splined(
     binned = [_binned(v, x, start, end) for v, x in runs]
     grid = np.linspace(low, high, points)
     inside = (grid >= start) & (grid <= end)
-    if end <= start or inside.sum() < points // 2:
-        raise ProblemError(
-            "Hall calibration by a spline",
-            f"only {inside.sum()} of {points} voltages are covered",
-            "Record runs in both directions over at least half of the sensor's range.",
-        )
+    _check_covered(inside, "Hall calibration by a spline")
     tried = [_fitted(binned, _knots(start, end, pieces)) for pieces in PIECES]
     best = min(range(len(tried)), key=lambda k: tried[k].missed)
     fit = tried[min(best + FINER, len(tried) - 1)]
@@ -209,14 +193,9 @@ def splined(
     between = np.full(points, np.nan)
     between[inside] = 0.5 * found[-1] * (speeds[up].mean(axis=0) - speeds[~up].mean(axis=0))
     table = _continued(grid, inside, at @ found[:-1])
-    return SplineFit(
-        HallFit(table, grid, np.sqrt(len(runs)) * error, error, between, len(runs)),
-        within(len(runs) - 1),
-        float(found[-1]),
-        float(np.sqrt(covariance[-1, -1])),
-        fit.residual,
-        len(knots) - 7,
-    )
+    made = HallFit(table, grid, np.sqrt(len(runs)) * error, error, between, len(runs))
+    wide, lag_error = within(len(runs) - 1), float(np.sqrt(covariance[-1, -1]))
+    return SplineFit(made, wide, float(found[-1]), lag_error, fit.residual, len(knots) - 7)
 
 
 def _noise(volts: Array) -> float:
@@ -284,6 +263,6 @@ def _continued(grid: Array, inside: NDArray[np.bool_], place: Array) -> Calibrat
     step = grid[1] - grid[0]
     first, last = np.flatnonzero(inside)[[0, -1]]
     full = np.interp(grid, grid[inside], place)
-    full[:first] += (grid[:first] - grid[first]) * (place[1] - place[0]) / step
-    full[last + 1 :] += (grid[last + 1 :] - grid[last]) * (place[-1] - place[-2]) / step
+    full[:first] += (grid[:first] - grid[first]) * (full[first + 1] - full[first]) / step
+    full[last + 1 :] += (grid[last + 1 :] - grid[last]) * (full[last] - full[last - 1]) / step
     return Calibration(float(grid[0]), float(step), np.maximum.accumulate(full))

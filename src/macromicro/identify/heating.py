@@ -67,9 +67,8 @@ def _inverted(
     if table.span <= 0.0:
         raise ProblemError("inference, table", f"its span is {table.span:g}", "Give a rising one.")
     if not np.isfinite(place).all():
-        raise ProblemError(
-            "inference, position", "the values are not finite", "Give finite numbers."
-        )
+        remedy = "Give finite numbers."
+        raise ProblemError("inference, position", "the values are not finite", remedy)
     if not (doubt.position >= 0.0 and doubt.temperature >= 0.0):
         raise InputError("inference, doubt", tuple(doubt), "errors of at least 0")
     # Flat stretches have no inverse: of equal outputs the upper end is kept at the bottom
@@ -79,11 +78,8 @@ def _inverted(
     keep = np.r_[first, first + 1 + np.flatnonzero(np.diff(f[first:]) > 1e-9 * table.span)]
     u, f = grid[keep], f[keep]
     if len(u) < 2:
-        raise ProblemError(
-            "inference, branch",
-            "the branch is flat",
-            "Choose a branch on which the output changes.",
-        )
+        remedy = "Choose a branch on which the output changes."
+        raise ProblemError("inference, branch", "the branch is flat", remedy)
     middle = np.interp(place, f, u)
     reach = 2.0 * doubt.position
     warmth = 2.0 * doubt.temperature
@@ -117,7 +113,13 @@ def inferred_step(
     table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
 ) -> StepRecord:
     """Figure 5.10b: temperature rise during a step from full extension; `ambient` in deg C."""
-    t, x = averaged(trials)
+    return step_of(table, *averaged(trials), ambient, doubt)
+
+
+def step_of(
+    table: FodTable, t: Array, x: Array, ambient: float, doubt: Doubt | None = None
+) -> StepRecord:
+    """The same of mean positions over time; `x` in mm."""
     found = on_heating(table, x, doubt)
     width = found.high - found.low
     usable = (width <= WIDEST_BAND) & (found.slope > 0.0)
@@ -128,11 +130,8 @@ def steady(record: StepRecord, seconds: float = 2.0) -> float:
     """Mean temperature rise at the end of a step."""
     last = record.t >= record.t[-1] - seconds
     if not np.isfinite(record.error[last]).all():
-        raise ProblemError(
-            "steady temperature",
-            "the position is saturated",
-            "Record a step that moves the actuator and stays clear of the stop.",
-        )
+        remedy = "Record a step that moves the actuator and stays clear of the stop."
+        raise ProblemError("steady temperature", "the position is saturated", remedy)
     return float(record.rise[last].mean())
 
 
@@ -190,10 +189,13 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     sent = signal(trials[0]["ctrl"], "ctrl")[: len(t)]
     off = np.flatnonzero((sent[1:] <= 0.0) & (sent[:-1] > 0.0))
     if not len(off):
-        raise ProblemError(
-            "cooling record, ctrl", "CTRL never returns to 0", "Record a step that ends at 0 V."
-        )
-    begin = int(off[0]) + 1
+        remedy = "Record a step that ends at 0 V."
+        raise ProblemError("cooling record, ctrl", "CTRL never returns to 0", remedy)
+    return fall_of(table, t, x, int(off[0]) + 1, ambient)
+
+
+def fall_of(table: FodTable, t: Array, x: Array, begin: int, ambient: float) -> CoolingFit:
+    """The same of mean positions over time, from the first sample at 0 V; `x` in mm."""
     before = t >= t[begin] - 0.05
     peak = float(on_heating(table, [x[before & (t < t[begin])].mean()]).temperature[0])
     found = on_cooling(table, x[begin:], peak)
@@ -201,11 +203,8 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     usable = (found.slope > 0.0) & (found.high - found.low <= WIDEST_BAND)
     fit = exponential_fall(time, rise, usable, peak, ambient)
     if fit is None:
-        raise ProblemError(
-            "cooling record",
-            f"the position does not show the first 63 % of the fall from {peak:.1f} degC",
-            "Record a longer fall, clear of the stop.",
-        )
+        problem = f"the position does not show the first 63 % of the fall from {peak:.1f} degC"
+        raise ProblemError("cooling record", problem, "Record a longer fall, clear of the stop.")
     return fit
 
 

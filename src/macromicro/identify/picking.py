@@ -102,11 +102,8 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
         named[role.name] = name
     lengths = {role: len(v) for role, v in found.items()}
     if len(set(lengths.values())) > 1:
-        raise ProblemError(
-            table.file,
-            f"the columns differ in length ({lengths} rows)",
-            "Choose columns of one length.",
-        )
+        remedy = "Choose columns of one length."
+        raise ProblemError(table.file, f"the columns differ in length ({lengths} rows)", remedy)
     return Picked(table.file, _finite(table.file, found), units, named, table.constants)
 
 
@@ -204,9 +201,8 @@ def _converted(table: Table, role: Role, name: str, unit: str, values: Array) ->
             continue
         # Counts and degC are their own base, so a factor does for all of them.
         return values if factor == 1.0 else values * factor, to
-    raise InputError(
-        f"{table.file}, {printable(name)}", printable(unit) or "no unit", " or ".join(role.units)
-    )
+    accepted = " or ".join(role.units)
+    raise InputError(f"{table.file}, {printable(name)}", printable(unit) or "no unit", accepted)
 
 
 def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
@@ -215,9 +211,8 @@ def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
     if not len(bad):
         return found
     if len(bad) == len(good):
-        raise ProblemError(
-            file, "every row has a missing number", "Repair these columns or choose others."
-        )
+        remedy = "Repair these columns or choose others."
+        raise ProblemError(file, "every row has a missing number", remedy)
     text = f"{file}: {len(bad)} of {len(good)} rows not finite, the first is row {bad[0] + 1}"
     notice(MissingRowsWarning, f"{text}; left out")
     return {role: v[good] for role, v in found.items()}
@@ -354,11 +349,9 @@ def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
     tables = []
     for file in what.files:
         if is_forc(file):
-            raise ProblemError(
-                printable(file, 300),
-                "the file holds first-order reversal curves (MicroMag)",
-                "Give a file of columns, or use `identify hysteresis`.",
-            )
+            problem = "the file holds first-order reversal curves (MicroMag)"
+            remedy = "Give a file of columns, or use `identify hysteresis`."
+            raise ProblemError(printable(file, 300), problem, remedy)
         tables.append(pick(read(file), roles, what.columns))
     for table in tables[1:]:
         alike(table, tables[0].units, tables[0].file)

@@ -61,9 +61,8 @@ class Loop(NamedTuple):
         if self.lag is None:
             return prandtl.run(self.operator, inputs, prandtl.relaxed(self.operator, inputs[0]))
         if dt is None:
-            raise ProblemError(
-                "dt", "the sample time is missing", "Give it in s: this loop depends on its rate."
-            )
+            remedy = "Give it in s: this loop depends on its rate."
+            raise ProblemError("dt", "the sample time is missing", remedy)
         return prandtl_rate.run(self.operator, self.lag, inputs, dt)
 
 
@@ -156,11 +155,9 @@ def load_plays(path: str | Path) -> Loop:
         numbers = (data[name] for name in ("thresholds", "weights", "offset", "widening"))
         found = Loop(prandtl.operator(*numbers), data["lag"])
     except (KeyError, TypeError, ValueError):  # no JSON, or another program's
-        raise ProblemError(
-            where, "the file is not a result of `identify plays`", f"Name {_WHAT}."
-        ) from None
+        remedy = f"Name {_WHAT}."
+        raise ProblemError(where, "the file is not a result of `identify plays`", remedy) from None
     if kind != "plays":
-        raise ProblemError(
-            where, f"the result is of `identify {printable(kind)}`", f"Name {_WHAT}."
-        )
+        remedy = f"Name {_WHAT}."
+        raise ProblemError(where, f"the result is of `identify {printable(kind)}`", remedy)
     return found

@@ -25,9 +25,9 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import breakaway, late
 from macromicro.identify.engine import Index, Pieces
 from macromicro.kernel import compiled, kernel
+from macromicro.models.mass import breakaway, late
 
 FRICTIONS = ("lugre", "gms")
 REACHES = (0.25, 0.5, 1.0, 2.0)  # ri: after how far elements begin to slide, relative

@@ -13,18 +13,27 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _moved_mass, clusters
-from macromicro.identify._choose import held_out, no_better, typical
+from macromicro.identify._disturbances import Ripple
 from macromicro.identify._moved_mass import Model, located
 from macromicro.identify._moved_mass import pieces as cut
 from macromicro.identify._moved_mass import space as mass_space
-from macromicro.identify._ripple import Ripple
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_fit import DriveFit, Driven, drive, runs_of
-from macromicro.identify.engine import Fit, Pieces, Space, fit, settled
+from macromicro.identify.engine import (
+    Fit,
+    Pieces,
+    Space,
+    fit,
+    held_out,
+    no_better,
+    settled,
+    simplest,
+    typical,
+)
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, REACHES, Presliding, simulate, simulated
 from macromicro.identify.runs import Run
 from macromicro.identify.search import central
+from macromicro.models.mass import Axis
 
 _ELASTIC = ("stiffness", "settling", "share")
 _MOST, _PART = 30_000, 5000  # samples; of longer records evenly spread parts are fitted
@@ -331,24 +340,30 @@ def chosen(
     floor = _SMALL * float(np.median(squares[RIGID]))
     squares[RIGID] = squares[RIGID] + floor
     first = _first(records, parts, rigid, axis, where, friction)
-    tried = [first]
+    tried = {first.kind.words: first}
     if "stribeck" not in first.kind.names:
         more = first.kind._replace(names=(*first.kind.names, "stribeck", "stribeck_speed"))
         begin = np.insert(first.end.values, len(first.kind.names), [0.1, 0.0])
-        tried.append(_fitted(more, begin, first.end))
-    reasons: dict[str, str] = {}
-    for one in tried:
-        squares[one.kind.words] = one.squares(parts) + floor
-    best = _better(tried[0], tried[1:], squares, reasons)
+        tried[more.words] = _fitted(more, begin, first.end)
+    for words, one in tried.items():
+        squares[words] = one.squares(parts) + floor
+    judged = simplest({words: squares[words] for words in tried})
+    best, reasons = tried[judged.structure], judged.reasons
     for nodes in NODES[1:] if along is None else (along,):
         if nodes == best.kind.nodes:
             continue
         finer = best.kind._replace(nodes=nodes)
         one = _fitted(finer, _refined(best.end.values, best.kind, nodes), best.end)
         squares[finer.words] = one.squares(parts) + floor
-        before = best
-        best = one if along is not None else _better(best, [one], squares, reasons)
-        if best is before and nodes > NODES[1]:
+        if along is not None:
+            best = one
+            continue
+        pair = {words: squares[words] for words in (best.kind.words, finer.words)}
+        judged = simplest(pair, reasons)
+        reasons = judged.reasons
+        if judged.structure == finer.words:
+            best = one
+        elif nodes > NODES[1]:
             break
     scores = {name: typical(each) for name, each in squares.items()}
     taken = best.kind.words
@@ -390,21 +405,6 @@ def _first(
         ends.append(fit(kind.simulated, space, parts, z, most=30, rounds=1))
     best = min(ends, key=lambda end: end.rms)
     return Candidate(kind, fit(kind.simulated, space, best.pieces, best.values, most=30))
-
-
-def _better(
-    best: Candidate, others: list[Candidate], squares: dict[str, Array], reasons: dict[str, str]
-) -> Candidate:
-    """The best candidate, with reasons against the others."""
-    for other in others:
-        poor, rich = squares[best.kind.words], squares[other.kind.words]
-        why = no_better(typical(poor), typical(rich), np.log(poor / rich), best.kind.words)
-        if why:
-            reasons[other.kind.words] = why
-        else:
-            reasons[best.kind.words] = f"{other.kind.words} is better"
-            best = other
-    return best
 
 
 def _refined(z: Array, kind: Elastic, nodes: int) -> Array:

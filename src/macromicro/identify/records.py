@@ -89,9 +89,8 @@ def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list
         flag_saturation(uu, f"u{at}")
         done.append(Record(uu, yy, ww))
     if not any(np.ptp(r.u) or r.u[0] for r in done):
-        raise ProblemError(
-            "u", "the input is zero throughout", "Record an input that moves the machine."
-        )
+        remedy = "Record an input that moves the machine."
+        raise ProblemError("u", "the input is zero throughout", remedy)
     return done
 
 

@@ -36,6 +36,21 @@ class Run(NamedTuple):
         """Sample time [s]."""
         return float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
 
+    def part(self, first: int | None, last: int | None) -> Run:
+        """Rows of the run.
+
+        Parameters
+        ----------
+        first, last : int | None
+            Rows from `first` on, before `last`, as in a slice.
+
+        Returns
+        -------
+        Run
+            Views of its columns.
+        """
+        return Run(self.t[first:last], self.u[first:last], self.x[first:last])
+
     @classmethod
     def of(cls, recording: Recording, u: str = "motor", x: str = "macro_position") -> Run:
         """A recording's columns, checked.
@@ -136,9 +151,8 @@ def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
     """
     for name, values in (("t", t), ("u", u), ("x", x)):
         if values is None:
-            raise ProblemError(
-                f"{where}.{name}", "the array is missing", "Give an array of numbers."
-            )
+            remedy = "Give an array of numbers."
+            raise ProblemError(f"{where}.{name}", "the array is missing", remedy)
     tt, uu, xx = (signal(v, f"{where}.{n}") for v, n in ((t, "t"), (u, "u"), (x, "x")))
     if not len(tt) == len(uu) == len(xx):
         found = f"t, u and x have {len(tt)}, {len(uu)} and {len(xx)} rows"
@@ -158,11 +172,8 @@ def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array
     row, shortest, longest = int(steps.argmax()), float(steps.min()), float(steps.max())
     usual = float(np.median(steps, overwrite_input=True))  # no copy: records may be long
     if longest > GAP * usual:
-        raise ProblemError(
-            f"{where}.t",
-            f"there is a gap of {longest:g} s after {t[row]:g} s (usual step {usual:g} s)",
-            "Cut the record there.",
-        )
+        problem = f"there is a gap of {longest:g} s after {t[row]:g} s (usual step {usual:g} s)"
+        raise ProblemError(f"{where}.t", problem, "Cut the record there.")
     if max(longest - usual, usual - shortest) <= _EVEN * usual:
         return t, u, x
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / usual) + 1)

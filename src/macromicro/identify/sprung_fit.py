@@ -11,17 +11,16 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _mass_start, _moved_mass, clusters
-from macromicro.identify._choose import Judged, held_out, simplest
-from macromicro.identify._moved_mass import Model
-from macromicro.identify._ripple import Ripple
-from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES
+from macromicro.identify import _moved_mass, clusters
+from macromicro.identify._disturbances import Ripple
+from macromicro.identify._moved_mass import CORNER, Model, located
+from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES, TERMS, differences
 from macromicro.identify.clusters import Spread
-from macromicro.identify.engine import Fit
+from macromicro.identify.engine import Fit, Judged, held_out, simplest
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
-from macromicro.models.mass import Axis, motion
+from macromicro.models.mass import Axis, late, motion
 
 FIT = "fit"  # in place of a lag: found with the parameters
 _AUTO = ("viscous", "coulomb", "asymmetric")  # tried where no friction is asked for
@@ -137,9 +136,8 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
     if dead_zone and not driven:
         raise ProblemError("dead zone", "there is no column u", "Give the input of the drive.")
     if not spring and not speed and not driven and _turns(records):
-        raise ProblemError(
-            "record", "the free motion turns back", "Add --spring, or a column u of a drive."
-        )
+        remedy = "Add --spring, or a column u of a drive."
+        raise ProblemError("record", "the free motion turns back", remedy)
     most = None if limit is None else abs(gain) * limit
     load = Load(driven, speed, spring, dead_zone, eccentric, most, lag)
     whole = [r._replace(u=np.zeros_like(r.x)) for r in records]
@@ -232,7 +230,7 @@ def moving(records: Sequence[Run], model: Model) -> tuple[list[Run], Axis]:
     kept = list(records)
     for _ in range(_CUTS):
         axis = model.axis(_ends(kept, model, 0)[0].values)
-        cut = [_cut(r, _moves(axis, r, model)) for r in kept]
+        cut = [r.part(0, max(_moves(axis, r, model), 20)) for r in kept]
         same = all(len(c.x) == len(r.x) for c, r in zip(cut, kept, strict=True))
         kept = cut
         if same:
@@ -241,24 +239,18 @@ def moving(records: Sequence[Run], model: Model) -> tuple[list[Run], Axis]:
 
 
 def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None = None) -> list[Fit]:
-    begins = _mass_start.begins(records, model)
+    starts = begins(records, model)
     if poorer is not None:  # a simpler friction is next to the richer one
-        begins = [poorer, begins[0]]
-    ends = _moved_mass.fitted(records, model, begins, lead)
+        starts = [poorer, starts[0]]
+    ends = _moved_mass.fitted(records, model, starts, lead)
     if not ends:
-        raise ProblemError(
-            "record", "no search converged", "Record a motion that the model can follow."
-        )
+        remedy = "Record a motion that the model can follow."
+        raise ProblemError("record", "no search converged", remedy)
     return ends
 
 
 def _lead(records: Sequence[Run], lag: float | str) -> int:
     return 0 if isinstance(lag, str) else math.ceil(lag / min(r.dt for r in records))
-
-
-def _cut(run: Run, samples: int) -> Run:
-    n = max(samples, 20)
-    return Run(run.t[:n], run.u[:n], run.x[:n])
 
 
 def _moves(axis: Axis, run: Run, model: Model) -> int:
@@ -313,6 +305,122 @@ def started(fit: SprungFit, run: Run) -> tuple[float, float]:
     many = int(_BEGINNING * len(run.t))
     if fit.axis.spring > 0.0:
         many = int(1.0 / (fit.axis.frequency * run.dt))
-    part = Run(*(column[: min(max(many, 20), len(run.t))] for column in run))
+    part = run.part(0, min(max(many, 20), len(run.t)))
     pushed = part._replace(u=fit.gain * part.u)
     return _moved_mass.started(pushed, fit.load.model(fit.friction), fit.axis)
+
+
+_ZONES = np.linspace(0.0, 0.7, 15)  # dead zones tried, parts of the largest force
+_LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 27, 40, 60)  # delays tried, samples
+_FADES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.3)  # Stribeck speeds tried, parts of the top speed
+_STILL = 0.02  # of the top speed
+_PADDED = 8  # times the record's length: the spectrum's grid
+_NO_COLUMN = ("dead_zone", "lag", "stribeck_speed")
+_USUAL = 0.08  # Stribeck speed of a first fit, part of the top speed
+
+
+class _Table(NamedTuple):
+    columns: Array  # what a unit of each parameter adds to the force
+    force: Array
+    place: Array
+    record: Array  # number of each row's record
+
+
+def begins(records: Sequence[Run], model: Model) -> list[Axis]:
+    """Starting points, the likeliest first."""
+    checked(records, model)
+    first = _first(records, model)
+    found = [first]
+    if "spring" in model.names:
+        tone = max((_tone(r) for r in records), key=lambda one: one[1])[0]
+        found.append(first._replace(spring=first.mass * (2.0 * math.pi * tone) ** 2))
+    elif "mass" in model.names:
+        found.append(first._replace(mass=2.0 * first.mass, viscous=0.0))
+    if "stribeck" in model.names:
+        top = max(float(np.abs(located(r, model.speed)[1]).max()) for r in records)
+        late_records = [r._replace(u=late(r.u, first.lag / r.dt)) for r in records]
+        tried = [_regressed(_table(late_records, model, part * top), model) for part in _FADES]
+        likely = sorted(zip([error for error, _ in tried], range(len(tried)), strict=True))[:2]
+        found = [
+            tried[k][1]._replace(stribeck_speed=_FADES[k] * top, lag=first.lag) for _, k in likely
+        ]
+    return found
+
+
+def checked(records: Sequence[Run], model: Model) -> None:
+    driven = "mass" in model.names
+    for k, r in enumerate(records):
+        if np.ptp(r.x) == 0.0:
+            remedy = "Record a motion."
+            raise ProblemError(f"record[{k}]", f"the output is constant at {r.x[0]:g}", remedy)
+        if driven and np.ptp(r.u) == 0.0 and r.u[0] == 0.0 and len(records) == 1:
+            remedy = "Record an input, or omit the column u."
+            raise ProblemError(f"record[{k}].u", "the input is 0 throughout", remedy)
+
+
+def _first(records: Sequence[Run], model: Model) -> Axis:
+    """Least squares for the force, at the delay and dead zone that leave least."""
+    best: tuple[float, Axis] | None = None
+    for lag in _LAGS if "lag" in model.names else (0,):
+        pushed = [r._replace(u=late(r.u, lag)) for r in records]
+        error, axis = _regressed(_table(pushed, model), model)
+        if best is None or error < best[0]:
+            best = error, axis._replace(lag=lag * records[0].dt if lag else axis.lag)
+    assert best is not None
+    return best[1]
+
+
+def _table(records: Sequence[Run], model: Model, fades: float | None = None) -> _Table:
+    parts, limit = [], model.fixed.limit
+    for number, r in enumerate(records):
+        place, _ = located(r, model.speed)
+        rows = differences(r._replace(x=place), r.u, CORNER / r.dt, 1)
+        moves = np.abs(rows.v) > _STILL * np.abs(rows.v).max()
+        speed = fades or _USUAL * float(np.abs(rows.v).max())
+        columns = [TERMS[n](rows, speed) for n in model.names if n not in _NO_COLUMN]
+        force = np.clip(r.u, -limit, limit) if "mass" in model.names else -rows.a
+        table = np.stack(columns, axis=1)[moves]
+        record = np.full(moves.sum(), number)
+        parts.append(_Table(table, force[moves], place[moves], record))
+    whole = _Table(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+    if "spring" in model.names and "offset" not in model.names:
+        # Of speeds the place is known but for a constant, each record its own.
+        own = np.equal.outer(whole.record, np.arange(len(records))).astype(np.float64)
+        whole = whole._replace(columns=np.hstack([whole.columns, own]))
+    return whole
+
+
+def _regressed(table: _Table, model: Model) -> tuple[float, Axis]:
+    """Error of the force, as part of it, and the parameters."""
+    names = [n for n in model.names if n not in _NO_COLUMN]
+    size = np.linalg.norm(table.columns, axis=0)
+    even = table.columns / np.where(size > 0.0, size, 1.0)
+    top = float(np.abs(table.force).max())
+    best: tuple[float, Array, float] | None = None
+    for zone in _ZONES * top if "dead_zone" in model.names else (0.0,):
+        force = np.sign(table.force) * np.maximum(np.abs(table.force) - zone, 0.0)
+        theta = np.linalg.lstsq(even, force, rcond=None)[0]
+        error = float(np.mean((force - even @ theta) ** 2)) / max(float(np.var(force)), 1e-300)
+        if best is None or error < best[0]:
+            best = error, theta / np.where(size > 0.0, size, 1.0), float(zone)
+    assert best is not None
+    error, theta, zone = best
+    found = dict(zip(names, theta.tolist(), strict=False))
+    for name in ("mass", "viscous", "coulomb", "stribeck", "spring"):
+        if name in found:
+            found[name] = max(found[name], 1e-6 if name == "mass" else 0.0)
+    if found.get("spring") == 0.0:
+        reach = max(float(np.abs(table.place).max()), 1e-300)
+        found["spring"] = 1e-3 * top / reach
+    if "dead_zone" in model.names:
+        found["dead_zone"] = max(zone, 0.02 * top)
+    return error, model.fixed._replace(**found)
+
+
+def _tone(run: Run) -> tuple[float, float]:
+    """Frequency of the highest spectral peak of the output, Hz, and its size."""
+    y = run.x - np.mean(run.x)
+    size = np.abs(np.fft.rfft(y * np.hanning(len(y)), _PADDED * len(y)))
+    size[: _PADDED // 2] = 0.0
+    k = int(size.argmax())
+    return k / (_PADDED * len(y) * run.dt), float(size[k]) / max(float(size.sum()), 1e-300)

@@ -173,9 +173,8 @@ def without_table(
     drives = np.concatenate([r.u for r in records])
     if not (extent > 0.0 and float(drives.max()) > 0.0):
         found = "the drive is never above 0" if extent > 0.0 else "the position is constant"
-        raise ProblemError(
-            "records", found, "Record a drive that contracts the wires and lets them cool."
-        )
+        remedy = "Record a drive that contracts the wires and lets them cool."
+        raise ProblemError("records", found, remedy)
     cold = float(np.median([r.x[0] for r in records]))
     scale = _Scale(_nodes(drives), ambient, austenite, extent, cold)
     grids = [_gridded(r) for r in records]

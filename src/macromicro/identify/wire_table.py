@@ -78,11 +78,9 @@ def means(table: FodTable, recordings: Sequence[Recording], ambient: float) -> M
     holds = [hold for r in recordings for hold in _holds(r)]
     span = table.span
     if not any(h.level > 0.0 and np.abs(h.x - h.cold).max() > _MOVED * span for h in holds):
-        raise ProblemError(
-            "recordings, ctrl",
-            f"no level moves the wires by {100 * _MOVED:g} % of {span:g} mm",
-            "Record levels that contract them, held for a while.",
-        )
+        problem = f"no level moves the wires by {100 * _MOVED:g} % of {span:g} mm"
+        remedy = "Record levels that contract them, held for a while."
+        raise ProblemError("recordings, ctrl", problem, remedy)
     pace = _pace(holds, span)
     levels = sorted({float(v) for r in recordings for v in np.unique(r["ctrl"]) if v > 0.0})
     if len(levels) > MOST_VOLTAGES:
@@ -330,9 +328,8 @@ def _seen_within(model: Stressed, records: Sequence[Recording], early: float) ->
     """`driver_lag` from so many seconds after each change."""
     runs = [_changes(r, early) for r in records]
     if not any(len(run.at) for run in runs):
-        raise ProblemError(
-            "records, ctrl", "CTRL never changes", "Record steps from one level to another."
-        )
+        remedy = "Record steps from one level to another."
+        raise ProblemError("records, ctrl", "CTRL never changes", remedy)
 
     def left(lag: float) -> float:
         total, count = 0.0, 0

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from macromicro.identify.axis import Axis
 from macromicro.identify.axis_fit import DriveFit
 from macromicro.identify.axis_inverse import Estimate
+from macromicro.models.mass import Axis
 
 N, DT = 200, 0.002
 T = np.arange(N) * DT

@@ -15,8 +15,8 @@ from macromicro import api
 from macromicro.control.inverse.model import Inverse
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import kinds, wire_table
-from macromicro.identify.kinds import actuator, model_file
+from macromicro.identify import kinds, model_file, wire_table
+from macromicro.identify.kinds import actuator
 from macromicro.identify.wire import WireFit
 from macromicro.identify.wire_model import Wire
 from macromicro.identify.wire_table import LawFit

@@ -119,7 +119,7 @@ def test_gain_and_delay_of_the_file_or_as_given(
     assert {line.unit for line in facts(gained.lines).values()} == {""}
     assert dict(gained.remarks)["units"].startswith("none given for u and x")
     assert dict(made.remarks)["fit"].endswith("RMS 0.005976 x over 200 samples")
-    assert Options() == (None, "auto", None, None, (), False, False, False, None, False, False)
+    assert Options() == (None, "auto", None, None, None, *[False] * 5, ())
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])

@@ -144,7 +144,7 @@ def test_ten_to_two_thousand_points_will_do(points: int, tmp_path: Path) -> None
     v = np.r_[np.linspace(0.0, 5.0, 20000), np.linspace(5.0, 0.0, 20000)]
     file = table(tmp_path / "a.csv", "v_V,x_mm", v, v)
     assert len(hall.identify(given(file), Options(points=points)).data["volts"]) == points
-    assert Options() == (0.0, 5.0, 126, (), "mean")
+    assert Options() == (0.0, 5.0, 126, "mean", ())
 
 
 def picked(v: Array, x: Array) -> Picked:

@@ -111,7 +111,7 @@ def test_few_curves_hold_none_out_and_a_free_density_has_negative_weight(tmp_pat
     assert set(found.plot()) == {"curves", "density"}
     assert "# unit of the input\n" in found.toml and "# unit of the output\n" in found.toml
     assert lines["input, to"].unit == lines["output, low"].unit == ""
-    assert Options() == ("auto", "monotone", 1.0, (), False, "input")
+    assert Options() == ("auto", "monotone", 1.0, "input", False, ())
     with pytest.raises(InputError, match="--shape: 'x'; accepted: free, monotone, nonnegative"):
         hysteresis.identify(given(file), Options(shape="x"))
 

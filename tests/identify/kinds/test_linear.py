@@ -148,7 +148,7 @@ def test_options_are_checked(options: Options, message: str) -> None:
 def test_orders_and_defaults() -> None:
     assert linear.order("2,1") == (2, 1, 1)
     assert linear.order("2,1,3") == (2, 1, 3)
-    assert Options() == ("output_error", "1,1", "rest", 0.0, None, ())
+    assert Options() == ("output_error", "1,1,1", "rest", 0.0, None, ())
 
 
 def test_files_of_two_sample_times_are_refused(tmp_path: Path) -> None:

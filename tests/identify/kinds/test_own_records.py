@@ -10,12 +10,11 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import from_files
-from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.kinds import fitted
 from macromicro.identify.notices import PoorFitWarning
 from macromicro.identify.picking import picking
 from macromicro.identify.result import Result
-from macromicro.models.mass import motion
+from macromicro.models.mass import Axis, motion, simulate
 
 DT = 0.01
 

@@ -7,6 +7,7 @@ import pytest
 from tests.identify.kinds.seen import plots
 
 from macromicro.drawing.style import BINS, BLUE, ORANGE, RED
+from macromicro.identify._report import pairs
 from macromicro.identify.kinds import pictures
 
 T = np.arange(40) * 0.5
@@ -15,7 +16,7 @@ T = np.arange(40) * 0.5
 def test_free_runs_show_three_records_at_most_with_their_difference() -> None:
     measured = [np.sin(T + k) for k in range(5)]
     model = [np.cos(T - k) for k in range(5)]
-    figure = pictures.free_runs([T + k for k in range(5)], measured, model, "y [mm]", "x [V]")
+    figure = pictures.free_runs(pairs([T + k for k in range(5)], measured, model), "y [mm]")
     shown = plots(figure)
     assert len(shown) == 6
     assert tuple(figure.get_size_inches()) == pytest.approx((8.6, 4.6))
@@ -29,7 +30,7 @@ def test_free_runs_show_three_records_at_most_with_their_difference() -> None:
         assert top.title == f"record {k + 1} of 5"
         assert (top.x, top.y, top.legend) == ("", "y [mm]", False)
         assert (low.title, low.x, low.y, low.legend) == (
-            "measured less model", "x [V]", "", False,
+            "measured less model", "time [s]", "", False,
         )  # fmt: skip
         assert [x[0] for x in top.lines] == ["measured", "model, free run"]
         np.testing.assert_array_equal(top.lines[0][1], T + k)
@@ -46,7 +47,7 @@ def test_free_runs_show_three_records_at_most_with_their_difference() -> None:
 
 
 def test_a_single_record_needs_no_number_and_time_is_the_axis() -> None:
-    shown = plots(pictures.free_runs([T], [T], [T], "y"))
+    shown = plots(pictures.free_runs(pairs([T], [T], [T]), "y"))
     assert [p.title for p in shown] == ["", "measured less model"]
     assert shown[1].x == "time [s]" and shown[0].legend
 
@@ -55,7 +56,7 @@ def test_long_records_are_thinned_and_no_peak_is_lost() -> None:
     t = np.arange(100_000) * 0.01
     model = np.sin(t)
     measured = model + np.where(t == 123.45, 0.7, 0.0) - np.where(t == 987.65, 0.2, 0.0)
-    figure = pictures.free_runs([t], [measured], [model], "y")
+    figure = pictures.free_runs(pairs([t], [measured], [model]), "y")
     _, shown, rest = plots(figure)[1].lines[0]
     assert len(rest) == 2 * BINS and rest.max() == pytest.approx(0.7)
     assert rest.min() == pytest.approx(-0.2)
@@ -67,7 +68,7 @@ def test_long_records_are_thinned_and_no_peak_is_lost() -> None:
 
 
 def test_two_records_are_numbered() -> None:
-    shown = plots(pictures.free_runs([T, T], [T, T], [T, T], "y"))
+    shown = plots(pictures.free_runs(pairs([T, T], [T, T], [T, T]), "y"))
     assert [p.title for p in shown[:2]] == ["record 1 of 2", "record 2 of 2"]
 
 

@@ -31,7 +31,7 @@ def followed(p: prandtl.Prandtl, u: Array) -> Array:
 
 def found(folder: Path, head: str, *tests: str) -> plays.Result:
     file = table(folder / "own.csv", head, np.arange(U.size), U, followed(LAW, U))
-    return plays.identify(given(file), Options(4, tests))
+    return plays.identify(given(file), Options(4, tests=tests))
 
 
 def test_the_operator_its_loop_and_its_gains(tmp_path: Path) -> None:
@@ -62,7 +62,7 @@ def test_the_operator_its_loop_and_its_gains(tmp_path: Path) -> None:
     assert one.data["stroke"] == pytest.approx(stroke)
     assert one.data["loop_width"] == pytest.approx(width)
     assert one.data["range"] == pytest.approx(float(np.ptp(followed(LAW, U))))
-    assert Options() == (plays.PLAYS, (), False)
+    assert Options() == (16, False, ())
 
 
 def test_what_is_left_over_is_said_in_parts_of_the_range(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_what_is_left_over_is_said_in_parts_of_the_range(tmp_path: Path) -> None
     f = followed(LAW, U)
     file = table(tmp_path / "own.csv", "t_s,u_V,x_um", np.arange(U.size), U, f + off)
     other = table(tmp_path / "other.csv", "t_s,u_V,x_um", np.arange(U.size), U, f)
-    one = plays.identify(given(file), Options(4, (str(other),)))
+    one = plays.identify(given(file), Options(4, tests=(str(other),)))
     lines, extent = facts(one.lines), float(np.ptp(f + off))
     assert lines["misfit"].value == pytest.approx(100.0 * 0.2 / extent, rel=0.01)
     assert lines["prediction"].value == pytest.approx(100.0 * 0.5 / extent, rel=0.01)

@@ -10,7 +10,7 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.identify import presliding_fit
-from macromicro.identify._ripple import Ripple
+from macromicro.identify._disturbances import Ripple
 from macromicro.identify.kinds import from_files
 from macromicro.identify.presliding import Presliding
 from macromicro.identify.presliding_fit import PreslidingFit

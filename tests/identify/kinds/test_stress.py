@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.identify.kinds.seen import facts, given, plots, table
-from tests.identify.test_stress_map import loop
+from tests.identify.kinds.test_stress_map import loop
 
 from macromicro.errors import InputError
 from macromicro.identify import DataWarning

@@ -10,7 +10,7 @@ import pytest
 from macromicro import identify
 from macromicro.errors import InputError
 from macromicro.identify._report import Pair
-from macromicro.identify.axis import Axis, simulate
+from macromicro.models.mass import Axis, simulate
 
 DT = 0.005
 AXIS = Axis(mass=95.0, viscous=203.0, coulomb=20.0, offset=-3.0)

@@ -8,8 +8,13 @@ from scipy.ndimage import median_filter
 from tests.thesis.fixture_drives import KilnTwin
 
 from macromicro.errors import InputError
-from macromicro.identify.kiln import cleaned, first_order_curves, fod_table, predicted
-from macromicro.identify.smoothing import without_spikes
+from macromicro.identify.kiln import (
+    cleaned,
+    first_order_curves,
+    fod_table,
+    predicted,
+    without_spikes,
+)
 from macromicro.recording import Recording
 from macromicro.rig.fixtures import KILN_PERIOD, KilnSample
 from macromicro.rig.session import KILN, Fixture

@@ -89,11 +89,8 @@ def fitted(kind: str, what: Picking, **options: Any) -> Result:
         raise error.at(f"{first}, {error.where}") from None
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
         where = printable(what.files[0], 300)
-        raise ProblemError(
-            where,
-            f"the data cannot be fitted: {error}",
-            "docs/identify.md describes the data that each kind needs.",
-        ) from error
+        remedy = "docs/identify.md describes the data that each kind needs."
+        raise ProblemError(where, f"the data cannot be fitted: {error}", remedy) from error
     found.files = tuple(map(str, what.files))
     if not found.holds:
         text = "the free simulation is farther from the record than a constant: nothing here holds"

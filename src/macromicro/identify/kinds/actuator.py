@@ -8,16 +8,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import model_file
+from macromicro.identify.options import Actuator as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
@@ -79,15 +79,6 @@ WITHOUT_TABLE = {
 }
 
 
-class Options(NamedTuple):
-    # the kiln's table, as `identify hysteresis` writes it; None: from drive and position alone
-    table: Path | None = None
-    ambient: float | None = None  # room temperature, deg C; None: 25
-    tests: tuple[str, ...] = ()  # files with records that are not fitted
-    # without a table: median temperature of contraction without load, deg C; None: 80
-    austenite: float | None = None
-
-
 def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify.heating import AMBIENT
 
@@ -95,11 +86,8 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.table is None:
         return _without_table(picking, options, room)
     if options.austenite is not None:
-        raise ProblemError(
-            "--austenite",
-            "it cannot be combined with --table, whose temperatures were measured",
-            "Remove one of them.",
-        )
+        problem = "it cannot be combined with --table, whose temperatures were measured"
+        raise ProblemError("--austenite", problem, "Remove one of them.")
     return _with_table(picking, options, options.table, room)
 
 
@@ -242,9 +230,6 @@ def _branches(fit: WireFit) -> Figure:
     at = table.lo + table.step * np.arange(last + 1, dtype=np.float64)
     rise: Array = table.f_low + table.values[:, 0]
     fall: Array = table.f_low + table.span - table.values[last, :]
-    return pictures.points(
-        "branches without load, by the temperature that is counted in",
-        "temperature [degC]",
-        "contraction [mm]",
-        [("while it warms", at, rise, "-"), ("while it cools", at, fall, "-")],
-    )
+    title = "branches without load, by the temperature that is counted in"
+    series = [("while it warms", at, rise, "-"), ("while it cools", at, fall, "-")]
+    return pictures.points(title, "temperature [degC]", "contraction [mm]", series)

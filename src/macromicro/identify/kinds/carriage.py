@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
-from macromicro.identify.kinds import model_file
+from macromicro.identify.options import Carriage as Options
 from macromicro.identify.picking import RUN, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.par import entries
@@ -35,11 +35,6 @@ _NO_NUDGES = (
     "of the carriage, so its share is larger and its frequency slightly lower"
 )
 _DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
-
-
-class Options(NamedTuple):
-    pitch: str | None = None  # travel per count with its unit; None: as the laser says
-    tests: tuple[str, ...] = ()  # files with strokes that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -91,23 +86,13 @@ def identify(picking: Picking, options: Options) -> Result:
             r.counts + 0.5 - m[0] / fit.model.pitch
             for r, m in zip(fit.records, fit.motion, strict=True)
         ]
-        free = [
-            Pair(
-                "",
-                np.arange(len(r.u), dtype=np.float64) * fit.dt,
-                r.counts,
-                carriage.free_run(fit.model, r, fit.dt),
-            )
-            for r in fit.records
-        ]
-        return Curves(free, "counts", fit.dt, left)
+        counts = [r.counts for r in fit.records]
+        times = [np.arange(len(one), dtype=np.float64) * fit.dt for one in counts]
+        free = [carriage.free_run(fit.model, r, fit.dt) for r in fit.records]
+        return Curves(_report.pairs(times, counts, free), "counts", fit.dt, left)
 
     title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
-    data = {
-        "surprise": fit.surprise,
-        "strokes": strokes,
-        "swing_rms_m": fit.swing_rms,
-    }
+    data = {"surprise": fit.surprise, "strokes": strokes, "swing_rms_m": fit.swing_rms}
     parts = Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
     return _report.completed(parts, "counts", tests, curves)
 
@@ -118,9 +103,8 @@ def _predicted(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Pair:
 
     r = carriage.cut(*_columns(part))
     if not r.strokes:
-        raise ProblemError(
-            f"--test, {file}", "there is no stroke", "Record strokes from rest to rest."
-        )
+        remedy = "Record strokes from rest to rest."
+        raise ProblemError(f"--test, {file}", "there is no stroke", remedy)
     t = np.asarray(part["t"])
     if abs(float(t[1] - t[0]) - fit.dt) > _SAME * fit.dt:
         found = f"its sample time is {t[1] - t[0]:.3g} s, that of the fit {fit.dt:.3g} s"
@@ -148,9 +132,8 @@ def _pitch(
         return pitch, "as given"
     seen = [r for r in records if "y" in r]
     if not seen:
-        raise ProblemError(
-            "--pitch", "the travel per count is unknown", "Give --pitch, or a column y of a laser."
-        )
+        remedy = "Give --pitch, or a column y of a laser."
+        raise ProblemError("--pitch", "the travel per count is unknown", remedy)
     slope = float(np.polyfit(seen[0]["x"], seen[0]["y"], 1)[0])
     if not slope > 0.0:
         raise ProblemError(f"{file}, y", f"{slope:.3g} m a count", "The laser must rise with x.")

@@ -12,10 +12,10 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Deadzone as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
@@ -43,15 +43,6 @@ LEAST = 20
 _NEXT = 1e-9  # V: what rounding does to a voltage
 _NO_RUN = "there is no stretch at a constant voltage other than 0"
 _RECORD = "Record open-loop runs, each at one voltage."
-
-
-class Options(NamedTuple):
-    # range over which motion counts, unit of x; None: as the file says, or what all runs cover
-    travel: tuple[float, float] | None = None
-    pause: float = 0.05  # A longer time without a new count is an interruption, s
-    gain: float | None = None  # For (4.5), unit of x per s and V; None: without it
-    width: float | None = None  # dead zone for (4.5), V; None: the one found
-    tests: tuple[str, ...] = ()  # files with runs that are not fitted
 
 
 class Prediction(NamedTuple):
@@ -119,16 +110,11 @@ def identify(picking: Picking, options: Options) -> Result:
             for v, row in zip(zone.volts, zone.speeds, strict=True)
         ]
         shown = speeds[:: max(1, math.ceil(len(speeds) / 8))]
+        title, start = "lowest voltage that moved on from each start", f"start [{places}]"
+        place, speed = f"place [{places}]", f"speed [{places}/s]"
         return {
-            "thresholds": pictures.points(
-                "lowest voltage that moved on from each start",
-                f"start [{places}]",
-                "voltage [V]",
-                series,
-            ),
-            "speeds": pictures.points(
-                "speed by place", f"place [{places}]", f"speed [{places}/s]", shown
-            ),
+            "thresholds": pictures.points(title, start, "voltage [V]", series),
+            "speeds": pictures.points("speed by place", place, speed, shown),
         }
 
     title = "Dead zone: the lowest voltage that moves the axis without a pause from every start"
@@ -146,11 +132,7 @@ def _lowest(name: str, volts: float, step: float) -> Line:
 
 
 def prediction(
-    zone: DeadZone,
-    law: DiscontinuousDeadZone | None,
-    runs: Sequence[Run],
-    file: str,
-    pause: float,
+    zone: DeadZone, law: DiscontinuousDeadZone | None, runs: Sequence[Run], file: str, pause: float
 ) -> Prediction:
     """Prediction of validation runs by the dead zone and, if known, (4.5)."""
     from macromicro.identify.deadzone import covered, tried

@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import drive_file, drive_words, model_file
+from macromicro.identify.kinds import drive_report
+from macromicro.identify.options import Drive as Options
 from macromicro.identify.picking import RUN, Picking, Role, T, matched, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
@@ -63,24 +65,6 @@ _OTHERS = "a spring, a dead zone, a measured speed or a free motion"
 _FRICTION = "(Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
 
 
-class Options(NamedTuple):
-    gain: float | None = None  # force per unit of u; None: as the file says, else 1
-    structure: str = "auto"  # structure of the friction
-    limit: float | None = None  # u saturates there
-    # samples by which u acts late, or "fit": found with the parameters; None: as the file says,
-    # else 0
-    delay: int | str | None = None
-    tests: tuple[str, ...] = ()  # files with records that are not fitted
-    spring: bool = False
-    dead_zone: bool = False  # of the drive
-    free: bool = False  # no drive: a decay
-    # nodes of the friction's level along the travel, of elastic friction; None: as pieces held out
-    # ask for
-    along: int | None = None
-    eccentric: bool = False  # eccentric load of a rotary axis
-    endless: bool = False  # continuous rotation, without end stops
-
-
 class Loaded(NamedTuple):
     """Records with their units and what is assumed about the drive."""
 
@@ -97,13 +81,18 @@ class Loaded(NamedTuple):
     bare: tuple[str, ...]  # columns without a unit
 
     @property
+    def columns(self) -> tuple[list[Array], list[Array], list[Array]]:
+        """Times, inputs and outputs of the records."""
+        return [r.t for r in self.runs], [r.u for r in self.runs], [r.x for r in self.runs]
+
+    @property
     def named(self) -> bool:
         """Whether the parameters' units are known."""
         return "x" not in self.bare and ("u" not in self.bare or abs(self.gain) != 1.0)
 
     @property
     def force(self) -> str:
-        return drive_words.newton(self.place) if abs(self.gain) != 1.0 else self.u
+        return drive_report.newton(self.place) if abs(self.gain) != 1.0 else self.u
 
 
 class Part(NamedTuple):
@@ -138,15 +127,15 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: Part) -> Result:
-    _report.undetermined(part.lines, drive_words.ABOVE_ZERO)
-    t, x = [r.t for r in records.runs], [r.x for r in records.runs]
+    _report.undetermined(part.lines, drive_report.ABOVE_ZERO)
+    t, _, x = records.columns
     each = zip(fit.free_run, fit.residuals, strict=True)
     percent = fit_percent([free + left for free, left in each], fit.free_run)
     samples, unit = sum(map(len, t)), records.output
     remarks = [
         ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {unit} over {samples} samples"),
         *part.remarks,
-        *drive_words.late(records.delay),
+        *drive_report.late(records.delay),
         *part.more,
     ]
     data = {"rms": fit.rms, "fit_percent": percent, "gain": records.gain, **part.data}
@@ -167,13 +156,11 @@ def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: 
 
 
 def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
-    from macromicro.identify.axis_fit import start
-
-    units = drive_words.units_of(records.force, records.place)
+    units = drive_report.units_of(records.force, records.place)
     if not records.named:
         units = dict.fromkeys(units, "") | {"delay": "s"}
-    method = drive_words.METHODS[fit.surest is not fit.inverse]
-    tried = drive_words.structure(
+    method = drive_report.METHODS[fit.surest is not fit.inverse]
+    tried = drive_report.structure(
         "force error on held-out data", fit.structure, fit.holdout, fit.reasons, math.inf
     )
     remarks = [
@@ -181,8 +168,8 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         ("method", f"{method}, the more accurate one"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", tried),
-        drive_words.slow("offset"),
-        *drive_words.repeated(fit.refined.repeats, records.force, records.place),
+        drive_report.slow("offset"),
+        *drive_report.repeated(fit.refined.repeats, records.force, records.place),
     ]
     more = []
     if not records.named:
@@ -190,12 +177,12 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         said = f"none given for {bare}; the parameters are in the units of the columns"
         more.append(("units", said))
     if records.gain != 1.0:
-        newton = drive_words.newton(records.place)
+        newton = drive_report.newton(records.place)
         more.append(("gain", f"{records.gain:g} {newton}/{records.u}, {records.gain_by}"))
-    toml = drive_file.settings(
+    toml = drive_report.settings(
         fit, records.runs, records.force, records.place, units, options.endless
     )
-    more += drive_file.limits(toml, records.runs, (records.u, records.place))
+    more += drive_report.limits(toml, records.runs, (records.u, records.place))
     data = {
         "structure": fit.structure,
         "delay": fit.delay,
@@ -208,36 +195,29 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
     for name, one in (("refined", fit.refined), ("inverse", fit.inverse)):
         data[name] = dict(zip(one.names, one.values, strict=True))
         data[f"{name}_std"] = dict(zip(one.names, one.std, strict=True))
-    return Part(
-        fit.axis,
-        _title("gain u", options.eccentric),
-        drive_words.rigid_lines(fit, units, records.runs[0].dt),
-        remarks,
-        more,
-        data,
-        toml,
-        lambda run: start(run, fit.gain, fit.delay),
-    )
+    title = _title("gain u", options.eccentric)
+    lines = drive_report.rigid_lines(fit, units, records.runs[0].dt)
+    return Part(fit.axis, title, lines, remarks, more, data, toml, _measured(fit))
 
 
 def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
     from macromicro.identify.sprung_fit import same, started
 
     unit = records.output
-    units = drive_words.units_of(records.force, records.place, records.u, not options.free)
-    lines = drive_words.sprung_lines(fit, units)
+    units = drive_report.units_of(records.force, records.place, records.u, not options.free)
+    lines = drive_report.sprung_lines(fit, units)
     runs = zip(fit.free_run, fit.residuals, strict=True)
     most = max(float(np.ptp(free + left)) for free, left in runs)
     head = f"RMS on pieces held out in turn, in {unit}"
     ends = f"{fit.ends[0]:.4g}" + (f" to {fit.ends[-1]:.4g}" if len(fit.ends) > 1 else "")
     remarks = [
-        ("structure", drive_words.structure(head, fit.friction, fit.holdout, fit.reasons, most)),
+        ("structure", drive_report.structure(head, fit.friction, fit.holdout, fit.reasons, most)),
         ("searches", f"{same(fit.ends)} of {len(fit.ends)} end there; RMS {ends} {unit}"),
         ("starts", "position and speed at the start of each record are fitted too"),
     ]
     if "offset" in fit.names:
-        remarks.append(drive_words.slow("rest" if fit.load.spring else "offset"))
-    remarks += drive_words.repeated(fit.repeats, units["coulomb"], unit)
+        remarks.append(drive_report.slow("rest" if fit.load.spring else "offset"))
+    remarks += drive_report.repeated(fit.repeats, units["coulomb"], unit)
     more = [("free motion", "without a drive, forces are per mass")] if options.free else []
     data = {
         "structure": fit.friction,
@@ -258,24 +238,22 @@ def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
 
 
 def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
-    from macromicro.identify.axis_fit import start
-
     place = records.place
-    units = drive_words.units_of(records.force, place)
+    units = drive_report.units_of(records.force, place)
     if not records.named:
         units = dict.fromkeys(units, "") | {"settling": "s"}
-    lines = drive_words.elastic_lines(fit, units, place)
-    nodes, levels = drive_words.nodes_of(fit), fit.model.levels
+    lines = drive_report.elastic_lines(fit, units, place)
+    nodes, levels = drive_report.nodes_of(fit), fit.model.levels
     head = f"RMS of free runs over pieces held out, in {place}"
-    tried = drive_words.structure(head, fit.taken, fit.judged, fit.reasons, math.inf)
-    remarks = [("structure", tried), drive_words.slow("offset")]
+    tried = drive_report.structure(head, fit.taken, fit.judged, fit.reasons, math.inf)
+    remarks = [("structure", tried), drive_report.slow("offset")]
     values: dict[str, tuple[Any, str]] = {"friction": (fit.friction, ""), **_report.notes(lines)}
     if len(nodes) > 1:
         values["low"] = (fit.model.low, "place of the first level")
         values["high"] = (fit.model.high, "place of the last one")
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
-    remarks += drive_words.repeated(fit.repeats, records.force, place)
+    remarks += drive_report.repeated(fit.repeats, records.force, place)
     data = {
         "structure": fit.friction,
         "taken": fit.taken,
@@ -297,17 +275,16 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
         title = "friction along the travel"
         return {"along": pictures.points(title, label, f"[{records.force}]", series)}
 
-    return Part(
-        fit.model,
-        "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs",
-        lines,
-        remarks,
-        [],
-        data,
-        model_file.plain(note, {"drive": values}),
-        lambda run: start(run, fit.gain, fit.delay),
-        draw,
-    )
+    title = "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs"
+    toml = model_file.plain(note, {"drive": values})
+    return Part(fit.model, title, lines, remarks, [], data, toml, _measured(fit), draw)
+
+
+def _measured(fit: DriveFit | PreslidingFit) -> Callable[[Run], tuple[float, float]]:
+    """The measured place and speed at the start of a record."""
+    from macromicro.identify.axis_fit import start
+
+    return lambda run: start(run, fit.gain, fit.delay)
 
 
 def _title(drive: str, eccentric: bool) -> str:
@@ -320,9 +297,7 @@ def _rigid(records: Loaded, options: Options) -> DriveFit:
 
     def fitted(eccentric: bool | None) -> DriveFit:
         return drive(
-            [r.t for r in records.runs],
-            [r.u for r in records.runs],
-            [r.x for r in records.runs],
+            *records.columns,
             gain=records.gain,
             structure=options.structure,
             limit=options.limit,
@@ -354,9 +329,7 @@ def _elastic(records: Loaded, options: Options) -> PreslidingFit:
     from macromicro.identify import presliding_fit
 
     return presliding_fit.presliding_drive(
-        [r.t for r in records.runs],
-        [r.u for r in records.runs],
-        [r.x for r in records.runs],
+        *records.columns,
         friction=options.structure,
         along=options.along,
         gain=records.gain,
@@ -421,9 +394,8 @@ def _checked(options: Options) -> None:
     if options.limit is not None and not options.limit > 0.0:
         raise InputError("--limit", options.limit, "a value above zero")
     if options.along is not None and options.structure not in FRICTIONS:
-        raise ProblemError(
-            "--along", "it needs elastic friction", f"Add --structure {' or '.join(FRICTIONS)}."
-        )
+        remedy = f"Add --structure {' or '.join(FRICTIONS)}."
+        raise ProblemError("--along", "it needs elastic friction", remedy)
     if options.delay == FIT and options.structure in FRICTIONS:
         raise InputError("--delay", FIT, "a whole number of samples with elastic friction")
     for name in ("eccentric", "endless"):
@@ -443,11 +415,8 @@ def _checked_output_error(picking: Picking, options: Options) -> None:
         accepted = "a whole number of samples from 0" + ("" if options.free else f', or "{FIT}"')
         raise InputError("--delay", options.delay, accepted)
     if options.free and U.name in picking.columns:
-        raise ProblemError(
-            "--free",
-            f"a column is named for {U.name}, but a free motion has no input",
-            "Remove one of them.",
-        )
+        problem = f"a column is named for {U.name}, but a free motion has no input"
+        raise ProblemError("--free", problem, "Remove one of them.")
 
 
 def in_speeds(picking: Picking, place: Role) -> bool:
@@ -474,11 +443,9 @@ def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Load
     unit = first.units[out.name]
     for name in ("eccentric", "endless"):
         if getattr(options, name) and (speed or unit != ANGLE.base):
-            raise ProblemError(
-                f"--{name}",
-                f"the unit of {out.name} is {unit or 'unknown'}",
-                "Name an angle in rad or deg, such as --columns x=angle:deg.",
-            )
+            problem = f"the unit of {out.name} is {unit or 'unknown'}"
+            remedy = "Name an angle in rad or deg, such as --columns x=angle:deg."
+            raise ProblemError(f"--{name}", problem, remedy)
     shown = unit or ("x/s" if speed else "x")
     return Loaded(
         [run for table in tables for run in sampled(table, out.name, least)],

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Hall as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, loaded, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import write_text
@@ -38,15 +38,6 @@ METHODS = {
 }
 
 
-class Options(NamedTuple):
-    low: float = 0.0  # lowest voltage of the table, V
-    high: float = 5.0  # highest, V
-    points: int = 126  # number of voltages
-    tests: tuple[str, ...] = ()  # files with sweeps that are not fitted
-    # one of `METHODS`: the mean of the runs, or one spline with the sensor's lag beside it
-    method: str = "mean"
-
-
 def identify(picking: Picking, options: Options) -> Result:
     if options.method not in METHODS:
         raise InputError("--method", options.method, ", ".join(METHODS))
@@ -56,9 +47,8 @@ def identify(picking: Picking, options: Options) -> Result:
     tables = loaded(picking, ROLES)
     sweeps = [(v, x / 1e3) for table in tables for v, x in one_way(table)]
     if not sweeps:
-        raise ProblemError(
-            tables[0].file, "there is no one-way run", "Record runs over the sensor's range."
-        )
+        remedy = "Record runs over the sensor's range."
+        raise ProblemError(tables[0].file, "there is no one-way run", remedy)
     v, x = (np.concatenate([sweep[k] for sweep in sweeps]) for k in (0, 1))
     falling = float(np.corrcoef(v, x)[0, 1]) < 0.0
     # The table is made monotone as a rising one.
@@ -71,21 +61,18 @@ def identify(picking: Picking, options: Options) -> Result:
         notice(DataWarning, "all runs go one way: the sensor's lag is not cancelled")
     place, seen = fit.calibration.position, np.isfinite(fit.error)
     slope, level = np.polyfit(fit.volts[seen], place[seen], 1)
-    bent = place[seen] - (slope * fit.volts[seen] + level)
     volts = fit.volts[seen]
+    bend = float(np.abs(place[seen] - (slope * volts + level)).max())
+    mean = "mean, from first to last voltage seen"
     lag = float(np.nanmax(np.abs(fit.between))) if np.isfinite(fit.between).any() else np.nan
     lines = [
-        Line(
-            "slope", float(slope) * 1e3, unit="mm/V", note="mean, from first to last voltage seen"
-        ),
+        Line("slope", float(slope) * 1e3, unit="mm/V", note=mean),
         Line("from", float(volts[0]), unit="V", note=f"at {1e3 * place[seen][0]:.4f} mm"),
         Line("to", float(volts[-1]), unit="V", note=f"at {1e3 * place[seen][-1]:.4f} mm"),
         Line("error, mean", float(np.nanmean(fit.error)) * 1e6, unit="um", note="of the table"),
         Line("error, largest", float(np.nanmax(fit.error)) * 1e6, unit="um"),
         Line("up from down", lag * 1e6, unit="um", note="largest half difference: lag, cancelled"),
-        Line(
-            "bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest deviation from a line"
-        ),
+        Line("bend", bend * 1e6, unit="um", note="largest deviation from a line"),
         *beside,
     ]
     others = _report.unseen(options.tests, picking, ROLES, tables[0])
@@ -101,28 +88,21 @@ def identify(picking: Picking, options: Options) -> Result:
 
         every = [(v[:: max(len(v) // 300, 1)], x[:: max(len(v) // 300, 1)]) for v, x in sweeps]
         vs, xs = (np.concatenate([e[k] for e in every]) for k in (0, 1))
-        mm, um = 1e3, 1e6
+        sensor, mm, um = "sensor [V]", 1e3, 1e6
+        table = [
+            ("measured", vs, xs * mm, "."),
+            ("table", fit.volts, place * mm, "-"),
+            *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in tests[:2]),
+        ]
+        unsure = [
+            ("one run off the mean", fit.volts, fit.std * um, "-"),
+            ("the mean", fit.volts, fit.error * um, "-"),
+            ("up less down, half", fit.volts, fit.between * um, "--"),
+        ]
+        title = "uncertainty of the table, and lag"
         return {
-            "calibration": pictures.points(
-                "sensor and table",
-                "sensor [V]",
-                "position [mm]",
-                [
-                    ("measured", vs, xs * mm, "."),
-                    ("table", fit.volts, place * mm, "-"),
-                    *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in tests[:2]),
-                ],
-            ),
-            "residuals": pictures.points(
-                "uncertainty of the table, and lag",
-                "sensor [V]",
-                "[um]",
-                [
-                    ("one run off the mean", fit.volts, fit.std * um, "-"),
-                    ("the mean", fit.volts, fit.error * um, "-"),
-                    ("up less down, half", fit.volts, fit.between * um, "--"),
-                ],
-            ),
+            "calibration": pictures.points("sensor and table", sensor, "position [mm]", table),
+            "residuals": pictures.points(title, sensor, "[um]", unsure),
         }
 
     head = "No setting of `macromicro run --config` holds a sensor's calibration.\n"
@@ -178,9 +158,8 @@ def one_way(table: Picked) -> list[tuple[Array, Array]]:
         stuck = railed(v, f"{table.file}, v", "left out")
         if np.ptp(x) == 0.0 or np.ptp(v) == 0.0:
             name = "x" if np.ptp(x) == 0.0 else "v"
-            raise ProblemError(
-                f"{table.file}, {name}", "the column is constant", "Record a sensor that moves."
-            )
+            remedy = "Record a sensor that moves."
+            raise ProblemError(f"{table.file}, {name}", "the column is constant", remedy)
         v, x = v[~stuck], x[~stuck]
         turns = turning_points(x, 0.2 * float(np.ptp(x)))
         pieces = [slice(a, b + 1) for a, b in pairwise(turns)]

@@ -18,14 +18,14 @@ from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.curves import Kind, direction
 from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair as Prediction
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kiln import window_means
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Hysteresis as Options
 from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, pick, railed, there
 from macromicro.identify.picking import T as TIME
 from macromicro.identify.result import Line, Result
-from macromicro.identify.smoothing import window_means
 from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
@@ -56,17 +56,6 @@ _NEAR = 0.1  # a cycle begins within this part of the range from an end of it
 _BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
 _LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
 _WINDOWS = 300  # points of a curve over the whole range
-
-
-class Options(NamedTuple):
-    curves: str = "auto"  # their kind, or "auto"
-    shape: str = "monotone"  # shape of the density, as for ``FodTable.from_curves``
-    smooth: float | str = 1.0  # grid steps; "auto": what predicts curves held out best (`chosen`)
-    tests: tuple[str, ...] = ()  # recordings to predict
-    # whether each curve of a MicroMag file is scaled by the calibration before it
-    drift: bool = False
-    # "input" or "output", as for ``FodTable.from_curves``; "auto": what predicts best, too
-    between: str = "input"
 
 
 class Errors(NamedTuple):
@@ -117,13 +106,10 @@ def identify(picking: Picking, options: Options) -> Result:
     share = round(100.0 * table.negative_share, 6)
     lines.append(Line("negative weight", share, unit="%", note="of the relays; ideally 0"))
     lines += _broken(found)
+    how = f"smoothed over {table.smooth:g} steps, between curves along the {table.between}"
     remarks = [
         ("curves", f"{len(table.raw)} {table.kind}, {sum(len(u) for u, _ in pairs)} points"),
-        (
-            "table",
-            f"{table.n} by {table.n}, density {table.shape}, smoothed over {table.smooth:g} steps, "
-            f"between curves along the {table.between}",
-        ),
+        ("table", f"{table.n} by {table.n}, density {table.shape}, {how}"),
         ("misfit", "RMS over the curves"),
     ]
     if tried:
@@ -137,41 +123,38 @@ def identify(picking: Picking, options: Options) -> Result:
         from macromicro.hysteresis.pictures import draw_curves, draw_density
         from macromicro.identify.kinds import pictures
 
-        drawn = {
-            "curves": draw_curves(table, u_unit, f_unit),
-            "density": draw_density(table, u_unit),
-        }
+        curves, density = draw_curves(table, u_unit, f_unit), draw_density(table, u_unit)
+        drawn = {"curves": curves, "density": density}
         if held is not None:
             some = held.curves[:: max(1, math.ceil(len(held.curves) / _SHOWN))]
-            drawn["residuals"] = pictures.points(
-                "held-out curves: measured less predicted",
-                f"input [{u_unit}]",
-                f"output [{f_unit}]",
-                [(f"from {u[0]:.4g}", u, f - model, ".-") for u, f, model in some],
-            )
+            left = [(f"from {u[0]:.4g}", u, f - model, ".-") for u, f, model in some]
+            name, x, y = "held-out curves", f"input [{u_unit}]", f"output [{f_unit}]"
+            drawn["residuals"] = pictures.points(f"{name}: measured less predicted", x, y, left)
         return drawn
 
-    head = "No setting of `macromicro run --config` holds a table of first-order curves.\n"
-    head += "Read it with macromicro.hysteresis.table_files.load_table, or the CSV with anything."
-    toml = model_file.plain(
-        head,
-        {
-            "hysteresis": {
-                "table": (TABLE, "exact, with the measured curves"),
-                "kind": (table.kind, f"{len(table.raw)} curves"),
-                "input": ([table.lo, table.hi], u_unit or "unit of the input"),
-                "output": ([table.f_low, table.f_low + table.span], f_unit or "unit of the output"),
-            }
-        },
-    )
     data = {
         "nodes": table.n, "kind": table.kind, "curves": len(table.raw),
         "misfit": own._asdict(), "holdout_rms": math.nan if held is None else held.rms,
         "range": extent, "negative_share": table.negative_share,
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
-    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data)
+    parts = Result("hysteresis", title, table, lines, remarks, _toml(table), draw, data)
     return _tested(parts, picking, options, units)
+
+
+def _toml(table: FodTable) -> str:
+    head = "No setting of `macromicro run --config` holds a table of first-order curves.\n"
+    head += "Read it with macromicro.hysteresis.table_files.load_table, or the CSV with anything."
+    values: dict[str, tuple[model_file.Value, str]] = {
+        "table": (TABLE, "exact, with the measured curves"),
+        "kind": (table.kind, f"{len(table.raw)} curves"),
+        "input": ([table.lo, table.hi], table.input_unit or "unit of the input"),
+        "output": (
+            [table.f_low, table.f_low + table.span],
+            table.output_unit or "unit of the output",
+        ),
+    }
+    return model_file.plain(head, {"hysteresis": values})
 
 
 def _output(name: str, value: float, rms: float, unit: str, note: str) -> Line:
@@ -237,11 +220,9 @@ def _checked(options: Options) -> None:
 def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     if not any(is_forc(file) for file in picking.files):
         if options.drift:
-            raise ProblemError(
-                "--drift",
-                f"{printable(picking.files[0], 300)} is not a MicroMag file",
-                "Other files have no calibrations between their curves.",
-            )
+            problem = f"{printable(picking.files[0], 300)} is not a MicroMag file"
+            remedy = "Other files have no calibrations between their curves."
+            raise ProblemError("--drift", problem, remedy)
         tables = loaded(picking, ROLES)
         for table in tables:
             railed(table.values["f"], f"{table.file}, f")
@@ -295,11 +276,8 @@ def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
         by_length = make.options.smooth == AUTO
         name = "--smooth" if by_length else "--between"
         other = "a length in grid steps" if by_length else " or ".join(BETWEENS)
-        raise ProblemError(
-            name,
-            f"{AUTO} needs {_ENOUGH} curves or more, and there are {len(pairs)}",
-            f"Give {other}, or more curves.",
-        )
+        problem = f"{AUTO} needs {_ENOUGH} curves or more, and there are {len(pairs)}"
+        raise ProblemError(name, problem, f"Give {other}, or more curves.")
     found = {}
     for choice in make.open:
         squares, count = 0.0, 0
@@ -471,17 +449,11 @@ def cleaned(table: Picked, least: int = 20) -> Pair:
         problem, remedy = f"the file has {len(u)} rows", f"Give {least} rows or more."
         raise ProblemError(table.file, problem, remedy)
     if table.names["u"] == "thermocouple" and "t" in table.values:
-        from macromicro.identify.kiln import NOISE_S
+        from macromicro.identify.kiln import denoised
         from macromicro.identify.runs import checked
-        from macromicro.identify.smoothing import without_spikes
 
         run = checked(table.values["t"], u, f, table.file)
-        u, f = without_spikes(run.t, run.u).values, run.x
-        samples = int(NOISE_S / run.dt) | 1
-        if 5 <= samples <= len(u):
-            from scipy.signal import savgol_filter
-
-            u = np.asarray(savgol_filter(u, samples, 2), dtype=np.float64)
+        u, f = denoised(run.t, run.u, run.dt), run.x
     return u, f
 
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+import warnings
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _linear_hints, _report, clusters
+from macromicro.identify import _report, clusters, model_file
+from macromicro.identify._linear import Start, free_runs, iterated, prepared
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.kinds import model_file
+from macromicro.identify.notices import DataWarning
+from macromicro.identify.options import Linear as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
@@ -19,8 +23,139 @@ from macromicro.identify.runs import Run
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
-    from macromicro.identify._linear_hints import Asked
     from macromicro.identify.linear import Complex, LinearFit
+
+
+_TRAIN = 0.7  # of each record
+_LESS = 0.1  # by which part the error of the last part must be lower
+_MOST = 50_000  # samples that are looked at, the first ones of each record
+_DELAYS = 50  # samples, at most
+_EXACT = 1e-9  # of the output: no more than rounding is left
+_FINE = 1e-4  # of the output's range: the search for a constant ends there
+_PARTS = np.arange(0.05, 0.96, 0.05)  # of the largest input: dead zones and limits tried
+
+
+class Asked(NamedTuple):
+    # u, y: inputs and outputs, shape (n,) per record
+    u: Sequence[Array]
+    y: Sequence[Array]
+    # na, nb, delay: orders of the model
+    na: int
+    nb: int
+    delay: int
+    dt: float  # sample time, s
+    start: str = "rest"  # "rest" or "free"
+
+
+# Hints, and the constant of the output: each model is fitted to the first part of every record and
+# judged by a free simulation of the last part.
+
+
+class Hint(NamedTuple):
+    lowered: float  # relative reduction of the error
+    words: str  # the model, and how to ask for it
+
+
+def hints(asked: Asked, unit: str = "") -> list[Hint]:
+    """Models that predict the last 30 % of the records better by a tenth or more."""
+    asked = _short(asked)
+    own = _missed(asked)
+    if not np.isfinite(own) or own <= _EXACT * _rms(list(asked.y)):
+        return []
+    found = []
+    for tried, words in _others(asked, unit):
+        lowered = 1.0 - _missed(tried) / own
+        if lowered >= _LESS:
+            found.append(Hint(lowered, words))
+    return sorted(found, reverse=True)
+
+
+def _short(asked: Asked) -> Asked:
+    most = _MOST // len(asked.u)
+    return asked._replace(u=[u[:most] for u in asked.u], y=[y[:most] for y in asked.y])
+
+
+def _others(asked: Asked, unit: str) -> Iterator[tuple[Asked, str]]:
+    """The best of each kind on the first part, in words."""
+    na, nb, delay = asked.na, asked.nb, asked.delay
+    most = min(_DELAYS, min(len(u) for u in asked.u) // 20)
+    late = [asked._replace(delay=k) for k in range(most + 1) if k != delay]
+    best = min(late, key=_left)
+    yield best, f"a delay of {best.delay} (--order {na},{nb},{best.delay})"
+    higher = asked._replace(na=na + 1, nb=nb + 1)
+    yield higher, f"an order of {na + 1} (--order {na + 1},{nb + 1},{delay})"
+    size = max(float(np.abs(u).max()) for u in asked.u)
+    dead = {p * size: _limited(asked, low=p * size) for p in _PARTS}
+    width = min(dead, key=lambda at: _left(dead[at]))
+    yield dead[width], f"a dead zone of {width:.2g} {unit}".rstrip() + f" (--width {width:.2g})"
+    cut = {p * size: _limited(asked, high=p * size) for p in _PARTS}
+    limit = min(cut, key=lambda at: _left(cut[at]))
+    yield cut[limit], f"an input that acts up to {limit:.2g} {unit} only".replace("  ", " ")
+
+
+def _limited(asked: Asked, low: float = 0.0, high: float = np.inf) -> Asked:
+    """The input beyond a dead zone and within a limit."""
+    inputs = [np.sign(u) * np.minimum(np.maximum(np.abs(u) - low, 0.0), high) for u in asked.u]
+    return asked._replace(u=inputs)
+
+
+def constant(asked: Asked) -> float:
+    """Constant of the output that lowers the error by a tenth or more, else 0."""
+    from scipy.optimize import minimize_scalar
+
+    asked = _short(asked)
+    own = _missed(asked)
+    if own <= _EXACT * _rms(list(asked.y)):
+        return 0.0
+
+    def less(c: float) -> Asked:
+        return asked._replace(y=[y - c for y in asked.y])
+
+    rest = float(np.mean([y[0] for y in asked.y]))  # records often begin at rest
+    extent = max(float(np.ptp(y)) for y in asked.y)
+    found = minimize_scalar(
+        lambda c: _left(less(c)),
+        bounds=(rest - extent, rest + extent),
+        method="bounded",
+        options={"xatol": _FINE * extent},
+    )
+    best = min((rest, float(found.x)), key=lambda c: _left(less(c)))
+    return best if _missed(less(best)) <= (1.0 - _LESS) * own else 0.0
+
+
+def _cut(record: Array) -> int:
+    return round(_TRAIN * len(record))
+
+
+def _errors(asked: Asked) -> list[Array]:
+    """Errors over whole records by `mls` of their first parts; none if it fails."""
+    u, y = ([part[: _cut(part)] for part in each] for each in (asked.u, asked.y))
+    how = asked.na, asked.nb, asked.dt, asked.delay
+    start = cast(Start, asked.start)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)  # they are about an input that was cut here
+        try:
+            theta = iterated(prepared(u, y, *how, start=start), instruments=False).theta
+            whole = prepared(asked.u, asked.y, *how, start=start)
+        except InputError:
+            return []
+    with np.errstate(over="ignore", invalid="ignore"):
+        return [b - run for b, run in zip(asked.y, free_runs(whole, theta), strict=True)]
+
+
+def _rms(errors: list[Array]) -> float:
+    every = np.concatenate(errors) if errors else np.full(1, np.inf)
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = float(np.sqrt(np.mean(every**2)))
+    return found if np.isfinite(found) else float("inf")
+
+
+def _left(asked: Asked) -> float:
+    return _rms([e[: _cut(e)] for e in _errors(asked)])
+
+
+def _missed(asked: Asked) -> float:
+    return _rms([e[_cut(e) :] for e in _errors(asked)])
 
 
 U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
@@ -34,15 +169,6 @@ X = Role(
 ROLES = (T, U, Y, X, RUN)
 METHODS = ("output_error", "box_jenkins", "mls", "sriv", "gls", "least_squares")
 STARTS = ("rest", "free")
-
-
-class Options(NamedTuple):
-    method: str = METHODS[0]  # one of `METHODS`
-    order: str = "1,1"  # "na,nb" or "na,nb,delay"
-    start: str = "rest"  # "rest" or "free"
-    width: float = 0.0  # dead zone taken off the input's size, unit of u
-    offset: float | None = None  # constant of the output, in its unit; None: found from the data
-    tests: tuple[str, ...] = ()  # files with records that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -63,7 +189,8 @@ def identify(picking: Picking, options: Options) -> Result:
         raise ProblemError("records", found, "Give files with one sample time.")
     pairs = [methods.differentiated(r.u, r.x, dt) if position else (r.u, r.x) for r in records]
     u, y = [p[0] for p in pairs], [p[1] for p in pairs]
-    offset = _offset(_linear_hints.Asked(u, y, na, nb, delay, dt, options.start), options, position)
+    asked = Asked(u, y, na, nb, delay, dt, options.start)
+    offset = _offset(asked, options, position)
     y = [one - offset for one in y]
     method = getattr(methods, options.method)
     fit: LinearFit = method(u, y, na, nb, dt, delay, start=options.start)
@@ -81,7 +208,7 @@ def identify(picking: Picking, options: Options) -> Result:
         for run in measured([table], options.width)
     ]
     remarks = _remarks(fit, sum(map(len, y)), options.start)
-    remarks += better(_linear_hints.Asked(u, y, na, nb, delay, dt, options.start), in_unit)
+    remarks += better(asked._replace(y=y), in_unit)
     if position:
         remarks.append(("output", f"speed: the position differentiated; {_travel(fit, y)}"))
     remarks += [("records", text) for text in averaged]
@@ -120,7 +247,7 @@ def _remarks(fit: LinearFit, samples: int, start: str) -> list[tuple[str, str]]:
 
 def _offset(asked: Asked, options: Options, position: bool) -> float:
     if options.offset is None:
-        return 0.0 if position else _linear_hints.constant(asked)
+        return 0.0 if position else constant(asked)
     if not math.isfinite(options.offset):
         raise InputError("--offset", options.offset, "a finite number in the unit of the output")
     if position and options.offset:
@@ -131,7 +258,7 @@ def _offset(asked: Asked, options: Options, position: bool) -> float:
 
 
 def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
-    found = _linear_hints.hints(asked, unit)
+    found = hints(asked, unit)
     if not found:
         return []
     each = "; ".join(f"{hint.words}, by {100.0 * hint.lowered:.0f} %" for hint in found)
@@ -173,11 +300,8 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
     found = []
     for table in tables:
         if "y" not in table.values and "x" not in table.values:
-            raise ProblemError(
-                table.file,
-                "there is neither an output y nor a position x",
-                "Name a column with --columns y=COLUMN or x=COLUMN.",
-            )
+            remedy = "Name a column with --columns y=COLUMN or x=COLUMN."
+            raise ProblemError(table.file, "there is neither an output y nor a position x", remedy)
         role = "y" if "y" in table.values else "x"
         for run in sampled(table, role):
             less = np.sign(run.u) * np.maximum(np.abs(run.u) - width, 0.0)

@@ -14,30 +14,25 @@ from macromicro.drawing.style import BINS, BLUE, ORANGE, RED, finish, line, new,
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from macromicro.identify._report import Pair
+
 _MOST = 3  # records that a figure shows
 _LAGS = 50
 _STRETCHES = 50  # of a record, one after the other
 
 
-def free_runs(
-    t: Sequence[Array],
-    measured: Sequence[Array],
-    model: Sequence[Array],
-    label: str,
-    x: str = "time [s]",
-    names: Sequence[str] = (),
-) -> Figure:
+def free_runs(records: Sequence[Pair], label: str, names: Sequence[str] = ()) -> Figure:
     """Up to three records with their free simulations and differences."""
-    count = min(len(t), _MOST)
+    count = min(len(records), _MOST)
     figure, axes = new(4.6, 2, count, sharex="col", gridspec_kw={"height_ratios": [2, 1]})
-    for k in range(count):
+    for k, one in enumerate(records[:count]):
         top, low = axes[0, k], axes[1, k]
-        line(top, t[k], measured[k], BLUE, "measured")
-        line(top, t[k], model[k], ORANGE, "model, free run", linestyle="--")
-        line(low, *_less(t[k], measured[k], model[k]), RED, "measured - model")
-        title = f"record {k + 1} of {len(t)}" if len(t) > 1 else ""
+        line(top, one.t, one.measured, BLUE, "measured")
+        line(top, one.t, one.model, ORANGE, "model, free run", linestyle="--")
+        line(low, *_less(one.t, one.measured, one.model), RED, "measured - model")
+        title = f"record {k + 1} of {len(records)}" if len(records) > 1 else ""
         finish(top, names[k] if names else title, "", label, legend=count == 1)
-        finish(low, "measured less model", x)
+        finish(low, "measured less model", "time [s]")
     if count > 1:  # beside a title there is no room
         handles, words = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, words, loc="upper right", ncols=2, frameon=False, fontsize=8)
@@ -72,12 +67,7 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
     return figure
 
 
-def points(
-    title: str,
-    x: str,
-    y: str,
-    series: Sequence[tuple[str, Array, Array, str]],
-) -> Figure:
+def points(title: str, x: str, y: str, series: Sequence[tuple[str, Array, Array, str]]) -> Figure:
     figure, axes = new(3.6, 1)
     ax = axes[0, 0]
     for (label, xs, ys, form), color in zip(series, (BLUE, ORANGE, RED) * 9, strict=False):

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
-from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
+from macromicro.hysteresis.prandtl_fit import PrandtlFit, fit
 from macromicro.hysteresis.prandtl_rate import RateFit
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
-from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.hysteresis import ROLES, cleaned
+from macromicro.identify.options import Plays as Options
 from macromicro.identify.picking import Picked, Picking, loaded
+from macromicro.identify.play_operators import Loop
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
 from macromicro.units import convert, quotient
@@ -33,21 +34,14 @@ Play operators: output = offset + sum of weights y, y = max(u - r, min(u + r, y)
 threshold r. macromicro.hysteresis.prandtl.operator takes these lists."""
 
 
-class Options(NamedTuple):
-    plays: int = PLAYS  # number, with the one without a threshold
-    tests: tuple[str, ...] = ()  # recordings to predict
-    rate: bool = False  # rate-dependent loop (column t)
-
-
 def identify(picking: Picking, options: Options) -> Result:
     if len(picking.files) > 1:
         remedy = "Give one recording over time, and others to predict with --test."
         raise ProblemError("FILE", f"{len(picking.files)} files were given", remedy)
     table = loaded(picking, ROLES)[0]
     if "curve" in table.values:
-        raise ProblemError(
-            f"{table.file}, curve", "the file holds single curves", "Give a recording over time."
-        )
+        remedy = "Give a recording over time."
+        raise ProblemError(f"{table.file}, curve", "the file holds single curves", remedy)
     u, f = cleaned(table)
     rated: RateFit | None = None
     try:
@@ -103,9 +97,8 @@ def identify(picking: Picking, options: Options) -> Result:
 
 def _timed(table: Picked) -> tuple[Array, Array, float]:
     if "t" not in table.values:
-        raise ProblemError(
-            "recording, t", "there is no column of times", "Name one, or omit --rate."
-        )
+        remedy = "Name one, or omit --rate."
+        raise ProblemError("recording, t", "there is no column of times", remedy)
     run = checked(table.values["t"], table.values["u"], table.values["f"], "recording")
     return run.u, run.x, run.dt
 
@@ -152,42 +145,27 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
     error = f - found.outputs
     index = np.arange(u.size, dtype=np.float64)
     p = found.operator
+    loop = [
+        ("measured", u[known:], f[known:], "-"),
+        ("play operators", u[known:], found.outputs[known:], "--"),
+    ]
+    left = [
+        ("fitted", index[known:fitted], error[known:fitted], "-"),
+        ("held out", index[fitted:], error[fitted:], "-"),
+    ]
+    weights = [("weights", p.thresholds, p.weights, "o")]
+    threshold, weight = f"threshold [{units[0]}]", f"weight [{units[1]}/{units[0]}]"
     return {
-        "curves": pictures.points(
-            "the loop",
-            x,
-            y,
-            [
-                ("measured", u[known:], f[known:], "-"),
-                ("play operators", u[known:], found.outputs[known:], "--"),
-            ],
-        ),
-        "residuals": pictures.points(
-            "measured less play operators",
-            "sample",
-            y,
-            [
-                ("fitted", index[known:fitted], error[known:fitted], "-"),
-                ("held out", index[fitted:], error[fitted:], "-"),
-            ],
-        ),
-        "thresholds": pictures.points(
-            "weights",
-            f"threshold [{units[0]}]",
-            f"weight [{units[1]}/{units[0]}]",
-            [("weights", p.thresholds, p.weights, "o")],
-        ),
+        "curves": pictures.points("the loop", x, y, loop),
+        "residuals": pictures.points("measured less play operators", "sample", y, left),
+        "thresholds": pictures.points("weights", threshold, weight, weights),
     }
 
 
 def _predicted(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> Pair:
     """Prediction of another recording, once its past is known."""
-    if lag is None:
-        u, f = cleaned(picked, 2)
-        outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
-    else:
-        u, f, dt = _timed(picked)
-        outputs = prandtl_rate.run(p, lag, u, dt)
+    u, f, dt = (*cleaned(picked, 2), None) if lag is None else _timed(picked)
+    outputs = Loop(p, lag).run(u, dt)
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
     counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,17 +11,268 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify import _report
+from macromicro.errors import ProblemError
+from macromicro.hysteresis.diagnostics import reversals
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
-from macromicro.identify._stress_map import SHARES, Cycle, StressMap, cycle, fit, missed, pieces
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Stress as Options
 from macromicro.identify.picking import Picked, Picking, Role
 from macromicro.identify.result import Line, Result
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# Cold and hot level are linear between neighbouring loads, or one is and the stroke saturates, a +
+# b (1 - exp(-s / c)) (D. C. Lagoudas, Shape Memory Alloys, 2008, section 3.3.1). The way that
+# predicts left-out loads best is used.
+
+
+BRANCHES = ("heating", "cooling")
+_SATURATING = 3  # loads, for three unknowns
+SHARES = np.linspace(0.01, 0.99, 50)
+_WHOLE = 0.8  # of a load's range of temperatures: a shorter branch is a minor one
+_ENDS = 0.03  # of that range: over which the levels are taken
+_BINS = 400
+_SWING = 0.1  # of the range: a smaller turn is noise
+
+
+class Way(NamedTuple):
+    common: bool  # one slope for all shares of a branch
+    saturating: bool  # stroke that saturates with the load
+    # whether it is then measured from the hot level, which goes linearly, and not from the cold
+    from_hot: bool = False
+
+
+class Side(NamedTuple):
+    loads: Array  # rising
+    # low, high: levels at these
+    low: Array
+    high: Array
+    at_zero: Array  # a_q, degC
+    slopes: Array  # b_q, K per unit of load
+    spread: Array  # standard errors of these slopes, NaN of two loads
+    rms: float  # RMS of the temperatures about their lines, K
+    curve: tuple[float, ...] = ()  # a, b, c of the stroke; empty where it goes linearly
+    from_hot: bool = False  # stroke measured from the hot level
+
+    def levels(self, load: float) -> tuple[float, float]:
+        low, high = (_between(load, self.loads, each) for each in (self.low, self.high))
+        if not self.curve:
+            return low, high
+        stroke = _saturated(load, *self.curve)
+        return (high - stroke, high) if self.from_hot else (low, low + stroke)
+
+    def temperatures(self, load: float) -> Array:
+        """Temperatures of the shares at a load, rising, degC."""
+        return np.maximum.accumulate(self.at_zero + self.slopes * load)
+
+    def output(self, load: float, t: npt.ArrayLike) -> Array:
+        """Output on this branch; `t` in degC."""
+        low, high = self.levels(load)
+        share = np.interp(np.asarray(t, np.float64), self.temperatures(load), SHARES)
+        # The first and last hundredth are the levels' own.
+        share = (share - SHARES[0]) / (SHARES[-1] - SHARES[0])
+        return np.asarray(low + (high - low) * share)
+
+
+class StressMap(NamedTuple):
+    # heating, cooling: the branches
+    heating: Side
+    cooling: Side
+    way: Way
+    # RMS at each load by a map of the others, as a share of the output's range there
+    left_out: dict[float, float]
+    inside: tuple[float, ...]  # loads of these that lie between others
+    cycles: tuple[Cycle, ...]  # by rising load
+
+    def within(self, load: float) -> bool:
+        return bool(self.heating.loads[0] <= load <= self.heating.loads[-1])
+
+    def predict(self, load: float, t: npt.ArrayLike) -> Array:
+        """Output along whole branches; `t` in degC."""
+        way = np.asarray(t, np.float64)
+        found = np.empty(len(way))
+        for start, end, rising in pieces(way):
+            side = self.heating if rising else self.cooling
+            found[start:end] = side.output(load, way[start:end])
+        return found
+
+
+def _between(load: float, loads: Array, values: Array) -> float:
+    """Linear between loads, and extrapolated beyond the last ones."""
+    if len(loads) == 1:
+        return float(values[0])
+    k = int(np.clip(np.searchsorted(loads, load) - 1, 0, len(loads) - 2))
+    part = (load - loads[k]) / (loads[k + 1] - loads[k])
+    return float(values[k] + part * (values[k + 1] - values[k]))
+
+
+def _saturated(load: float, a: float, b: float, c: float) -> float:
+    return float(a - b * np.expm1(-load / c))
+
+
+def _curve(loads: Array, values: Array) -> tuple[float, ...]:
+    """a, b and c nearest to the levels: linear in a and b, c by search."""
+    from scipy.optimize import minimize_scalar
+
+    def solved(log: float) -> tuple[Array, float]:
+        table = np.stack([np.ones_like(loads), -np.expm1(-loads / np.exp(log))], axis=1)
+        theta = np.linalg.lstsq(table, values, rcond=None)[0]
+        return theta, float(np.sum((values - table @ theta) ** 2))
+
+    size = np.log(np.abs(loads).max())
+    found = minimize_scalar(lambda log: solved(log)[1], bounds=(size - 4, size + 3))
+    a, b = solved(found.x)[0].tolist()
+    return a, b, float(np.exp(found.x))
+
+
+def _side(cycles: Sequence[Cycle], name: str, way: Way) -> Side:
+    own = [getattr(c, name) for c in cycles]
+    loads = np.array([c.load for c in cycles])
+    table = np.stack([b.temperatures for b in own])
+    about = loads - loads.mean()
+    slopes = about @ table / (about @ about)
+    free = len(loads) - 2
+    if way.common:
+        slopes = np.full(len(SHARES), slopes.mean())
+    at_zero = table.mean(axis=0) - slopes * loads.mean()
+    missed = table - at_zero - np.outer(loads, slopes)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = (missed**2).sum(axis=0) / free
+        if way.common:  # shares of one load miss together: each load is one witness
+            variance = np.full(len(SHARES), variance.mean())
+        spread = np.sqrt(variance / (about @ about))
+    if free == 0:
+        spread = np.full(len(SHARES), np.nan)
+    rms = float(np.sqrt(np.mean(missed**2)))
+    low, high = (np.array([getattr(b, each) for b in own]) for each in ("low", "high"))
+    curve = _curve(loads, high - low) if way.saturating else ()
+    return Side(loads, low, high, at_zero, slopes, spread, rms, curve, way.from_hot)
+
+
+def _map(cycles: Sequence[Cycle], way: Way) -> StressMap:
+    heating, cooling = (_side(cycles, name, way) for name in BRANCHES)
+    return StressMap(heating, cooling, way, {}, (), tuple(cycles))
+
+
+def missed(found: StressMap, one: Cycle) -> float:
+    """RMS error over a record, as a share of its output range."""
+    error = found.predict(one.load, one.t) - one.y
+    return float(np.sqrt(np.mean(error**2)) / np.ptp(one.y))
+
+
+def fit(cycles: Sequence[Cycle]) -> StressMap:
+    """The map of some loads, judged by leave-one-out."""
+    ordered = sorted(cycles, key=lambda c: c.load)
+    loads = [c.load for c in ordered]
+    if len(set(loads)) != len(loads) or len(loads) < 2:
+        shown = ", ".join(f"{each:g}" for each in loads)
+        raise ProblemError("loads", f"they are {shown or 'none'}", "Give two or more, each once.")
+    inside = tuple(loads[1:-1])
+    strokes = ((False, False), (True, False), (True, True))
+    ways = [Way(common, *stroke) for common in (True, False) for stroke in strokes]
+    tried = {way: _left_out(ordered, way) for way in ways}
+
+    def score(way: Way) -> float:
+        if not inside or not all(each in tried[way] for each in inside):
+            return np.inf
+        return float(np.mean(np.square([tried[way][each] for each in inside])))
+
+    best = min(ways, key=score)
+    return _map(ordered, best)._replace(left_out=tried[best], inside=inside)
+
+
+def _left_out(cycles: Sequence[Cycle], way: Way) -> dict[float, float]:
+    """RMS at each load by a map of the others; empty if these are too few."""
+    others = len(cycles) - 1
+    least = max(1 + (not way.common), 2, _SATURATING if way.saturating else 2)
+    if others < least:
+        return {}
+    return {
+        one.load: missed(_map([*cycles[:k], *cycles[k + 1 :]], way), one)
+        for k, one in enumerate(cycles)
+    }
+
+
+class Branch(NamedTuple):
+    # low, high: cold and hot level, unit of the output
+    low: float
+    high: float
+    temperatures: Array  # at the shares `SHARES` of the way from low to high, degC
+
+
+class Cycle(NamedTuple):
+    load: float  # stress or force, held
+    # heating, cooling: the mean of its whole branches
+    heating: Branch
+    cooling: Branch
+    # t, y: temperature and output as measured
+    t: Array
+    y: Array
+
+
+def cycle(load: float, t: npt.ArrayLike, y: npt.ArrayLike, where: str = "record") -> Cycle:
+    """Branches of a record under one load; `t` in degC."""
+    tt, yy = np.asarray(t, np.float64), np.asarray(y, np.float64)
+    extent = float(np.ptp(tt))
+    kept: dict[bool, list[tuple[Array, Array]]] = {True: [], False: []}
+    for start, end, rising in pieces(tt):
+        part = slice(start, end)
+        if np.ptp(tt[part]) >= _WHOLE * extent > 0.0:
+            kept[rising].append((tt[part], yy[part]))
+    for rising, name in ((True, "heating"), (False, "cooling")):
+        if not kept[rising]:
+            remedy = "Record whole heating and cooling cycles at each load."
+            raise ProblemError(where, f"there is no complete {name} at a load of {load:g}", remedy)
+    lowest, highest = float(tt.min()), float(tt.max())
+    whole = [*kept[True], *kept[False]]
+    own, output = (np.concatenate([part[k] for part in whole]) for k in (0, 1))
+    ends = [float(np.mean(output[np.abs(own - at) <= _ENDS * extent])) for at in (lowest, highest)]
+    if ends[0] == ends[1]:
+        remedy = "Record an output that changes with temperature."
+        raise ProblemError(where, f"the output is {ends[0]:g} both cold and hot", remedy)
+    sides = [_branch(kept[rising], ends, lowest, highest) for rising in (True, False)]
+    return Cycle(float(load), sides[0], sides[1], tt, yy)
+
+
+def pieces(t: Array) -> list[tuple[int, int, bool]]:
+    """Monotone branches of a temperature record, degC."""
+    turns = [0, *(int(k) for k in reversals(t, _SWING * float(np.ptp(t)))), len(t) - 1]
+    found = []
+    for a, b in pairwise(turns):
+        if b > a:
+            found.append((a, b + 1 if b == len(t) - 1 else b, bool(t[b] > t[a])))
+    return found
+
+
+def _branch(
+    parts: Sequence[tuple[Array, Array]], ends: Sequence[float], lowest: float, highest: float
+) -> Branch:
+    """Mean of branches, as temperatures of its shares."""
+    from scipy.optimize import isotonic_regression
+
+    low, high = ends
+    grid = np.linspace(lowest, highest, _BINS + 1)
+    t, y = (np.concatenate([p[k] for p in parts]) for k in (0, 1))
+    which = np.clip(np.digitize(t, grid) - 1, 0, _BINS - 1)
+    count = np.bincount(which, minlength=_BINS)
+    there = count > 0
+    mean = np.bincount(which, y, minlength=_BINS)[there] / count[there]
+    own = np.bincount(which, t, minlength=_BINS)[there] / count[there]
+    share = (mean - low) / (high - low)
+    rising = np.asarray(isotonic_regression(share, weights=count[there]).x, np.float64)
+    # Of equal shares the middle temperature: np.interp wants them to rise.
+    steps = np.flatnonzero(np.diff(rising) > 0.0) + 1
+    groups = np.split(np.arange(len(rising)), steps)
+    shares = np.array([rising[g[0]] for g in groups])
+    places = np.array([own[g].mean() for g in groups])
+    if len(shares) < 2:
+        remedy = "Record an output that changes with temperature."
+        raise ProblemError("branch", "the output has only one level", remedy)
+    return Branch(low, high, np.interp(SHARES, shares, places))
+
 
 SHEET = "stress_map.csv"
 T = Role("T", "temperature", ("temperature", "thermocouple", "temp", "T"), ("degC",))
@@ -34,10 +286,6 @@ _STARTED, _HALF, _ENDED = (int(np.abs(SHARES - q).argmin()) for q in (0.1, 0.5, 
 
 
 Rows = npt.NDArray[np.int64]
-
-
-class Options(NamedTuple):
-    tests: tuple[str, ...] = ()  # files with loads that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -209,11 +457,10 @@ def drawn(found: StressMap, load: str, out: str) -> dict[str, Figure]:
             lines.append((f"{name}, {q} %", side.loads, own, "o"))
             lines.append(("", side.loads, side.at_zero[k] + side.slopes[k] * side.loads, "-"))
     temperature = "temperature [degC]"
+    title = "transformation temperatures"
     return {
         "curves": pictures.points("loops by load", temperature, f"output [{out}]", loops),
-        "thresholds": pictures.points(
-            "transformation temperatures", f"load [{load}]", temperature, lines
-        ),
+        "thresholds": pictures.points(title, f"load [{load}]", temperature, lines),
     }
 
 

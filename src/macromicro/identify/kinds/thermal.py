@@ -4,35 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.columns import Column
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _report
+from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
 from macromicro.identify.heating import (
+    AMBIENT,
     CoolingFit,
     HeatingFit,
     StepRecord,
-    cooling,
     exponential_fall,
+    fall_of,
     heating,
-    inferred_step,
     steady,
+    step_of,
 )
-from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.options import Thermal as Options
 from macromicro.identify.picking import RUN, Picked, Picking, Role, T, sampled
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
-from macromicro.recording import Recording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,15 +52,6 @@ _RISE = "temperature rise [K]"
 _STILL = 0.01  # a rise that changes by less than this part in its last tenth has settled
 _SHORTEST = 4.5  # samples of a fall to 63 %
 NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
-_COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
-
-
-class Options(NamedTuple):
-    # file that turns positions into temperatures; None: temperatures were measured
-    table: Path | None = None
-    ambient: float | None = None  # deg C; None: see `heating.Source`
-    step: float | None = None  # voltage whose step shows the dynamics, V; None for the middle one
-    tests: tuple[str, ...] = ()  # files with steps that are not fitted
 
 
 class Found(NamedTuple):
@@ -119,11 +108,7 @@ def identify(picking: Picking, options: Options) -> Result:
         ("ladder", "three heat capacities in a row; 1 K of heat warms by r1 + r2 + r3 K")
     )
     title = "Heating: T / T_d = sum of share rate / (s + rate); steady T_d by voltage"
-    data = {
-        "steady_K": rises,
-        "chosen_V": chosen,
-        "nrmse": fit.nrmse,
-    }
+    data = {"steady_K": rises, "chosen_V": chosen, "nrmse": fit.nrmse}
     parts = Result(
         "thermal", title, found, _lines(found), remarks, _toml(found), lambda: _drawn(found), data
     )
@@ -189,11 +174,8 @@ def _steady(
         listed = ", ".join(f"{v:g}" for v in stopped)
         remarks.append(("no steady temperature", f"at {listed} V: the position does not show it"))
     if not rises:
-        raise ProblemError(
-            "steps",
-            "no step shows a steady temperature",
-            "Record a step that stays clear of the stop.",
-        )
+        remedy = "Record a step that stays clear of the stop."
+        raise ProblemError("steps", "no step shows a steady temperature", remedy)
     return rises
 
 
@@ -347,6 +329,11 @@ class Source(NamedTuple):
     table: FodTable | None  # from position; None: it was measured
     ambient: float | None  # deg C; None: the first temperature of each record, or 25 deg C
 
+    @property
+    def room(self) -> float:
+        """Ambient temperature where positions show none, deg C."""
+        return AMBIENT if self.ambient is None else self.ambient
+
 
 class Cold(NamedTuple):
     mean: float  # of a temperature, deg C, or a position, mm
@@ -387,15 +374,12 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
         accepted = "a constant voltage from a cold start, then 0 V perhaps"
         notice(DataWarning, f"{left} runs are no steps ({accepted}); left out")
     if not held and not cooled:
-        raise ProblemError(
-            tables[0].file,
-            "no run steps to a voltage and stays there",
-            "Record open-loop steps from cold.",
-        )
+        remedy = "Record open-loop steps from cold."
+        raise ProblemError(tables[0].file, "no run steps to a voltage and stays there", remedy)
     for volts, group in cooled.items():  # a fall's rise will do where there is nothing better
         if volts not in held:
             cut = [int(np.argmax(r.u == 0.0)) for r in group]
-            held[volts] = [Run(*(c[:k] for c in r)) for r, k in zip(group, cut, strict=True)]
+            held[volts] = [r.part(0, k) for r, k in zip(group, cut, strict=True)]
     return Steps(held, cooled, cold)
 
 
@@ -405,14 +389,7 @@ def _alike(group: list[Run]) -> list[Run]:
     kept = [r for r in group if r.t[-1] > 0.9 * long]
     kept = [r for r in kept if abs(r.dt - kept[0].dt) < 1e-3 * kept[0].dt]
     n = min(len(r.t) for r in kept)
-    return [Run(r.t[:n], r.u[:n], r.x[:n]) for r in kept]
-
-
-def _recordings(group: list[Run]) -> list[Recording]:
-    return [
-        Recording.from_arrays(_COLUMNS, [r.t, r.u, r.x * 1e3], float(f"{r.dt:.9g}"), {})
-        for r in group
-    ]
+    return [r.part(0, n) for r in kept]
 
 
 def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepRecord:
@@ -420,16 +397,15 @@ def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepR
     # An unknown ambient temperature is the mean of the readings before the steps; its error is
     # their scatter.
     group = _alike(group)
+    t, mean = group[0].t, np.mean([r.x for r in group], axis=0)
     if source.table is not None:
-        ambient = 25.0 if source.ambient is None else source.ambient
-        return inferred_step(source.table, _recordings(group), ambient)
-    mean = np.mean([r.x for r in group], axis=0)
+        return step_of(source.table, t, mean, source.room)
     if source.ambient is not None:
-        return StepRecord(group[0].t, mean, mean - source.ambient, np.zeros_like(mean))
+        return StepRecord(t, mean, mean - source.ambient, np.zeros_like(mean))
     cold = _cold(group, cold)
     error = _scatter(mean) * math.sqrt(np.mean([1.0 / c.samples for c in cold]))
     ambient = _ambient(cold)
-    return StepRecord(group[0].t, mean, mean - ambient, np.full_like(mean, error))
+    return StepRecord(t, mean, mean - ambient, np.full_like(mean, error))
 
 
 def _cold(group: list[Run], cold: Sequence[Cold]) -> Sequence[Cold]:
@@ -466,11 +442,10 @@ def drift(step: StepRecord) -> float:
 def fall(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> CoolingFit:
     """Cooling constant of (5.9) from one voltage's runs."""
     group = _alike(group)
-    if source.table is not None:
-        ambient = 25.0 if source.ambient is None else source.ambient
-        return cooling(source.table, _recordings(group), ambient)
     t, x = group[0].t, np.mean([r.x for r in group], axis=0)
     begin = int(np.argmax(group[0].u == 0.0))
+    if source.table is not None:
+        return fall_of(source.table, t, x, begin, source.room)
     ambient = _ambient(_cold(group, cold)) if source.ambient is None else source.ambient
     peak = float(x[max(begin - 5, 0) : begin].mean())
     every = np.ones(len(x) - begin, dtype=np.bool_)

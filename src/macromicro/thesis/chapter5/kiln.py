@@ -11,8 +11,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
-from macromicro.identify.kiln import Prediction, cleaned
-from macromicro.identify.smoothing import window_means, without_spikes
+from macromicro.identify.kiln import Prediction, cleaned, window_means, without_spikes
 from macromicro.recording import Recording
 from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import kiln_runs

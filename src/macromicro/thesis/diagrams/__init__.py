@@ -11,8 +11,8 @@ from macromicro.control.arrival import Sequence
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import Pi, PiAntiWindup
 from macromicro.drawing.exhibit import Drawn
+from macromicro.identify.kiln import without_spikes
 from macromicro.identify.linear import MAX_ITERATIONS
-from macromicro.identify.smoothing import without_spikes
 from macromicro.models.macro import MacroModel, position_transfer
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.driver import Driver

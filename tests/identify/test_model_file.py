@@ -7,7 +7,7 @@ import math
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify import model_file
 
 
 def test_plain_writes_each_kind_of_value_with_its_comment() -> None:

@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify._stress_map import SHARES, Cycle, Way, cycle, fit, missed, pieces
+from macromicro.identify.kinds.stress import SHARES, Cycle, Way, cycle, fit, missed, pieces
 from macromicro.plant import micro, wire
 from macromicro.thesis import kiln_bench
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify.smoothing import window_means, without_spikes
+from macromicro.identify.kiln import window_means, without_spikes
 
 T = np.arange(60.0)
 

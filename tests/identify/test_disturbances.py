@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify._ripple import Ripple, ripple
+from macromicro.identify._disturbances import Ripple, ripple
 
 T = np.arange(4000) * 1e-3
 PLACE = 0.1 * np.sin(2.0 * T) + 0.03 * np.sin(9.0 * T)

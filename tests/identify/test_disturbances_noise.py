@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from macromicro.identify._autoregression import MAX_ORDER, autoregression, correlation_length
+from macromicro.identify._disturbances import MAX_ORDER, autoregression, correlation_length
 
 RNG = np.random.default_rng(5)
 WHITE = RNG.normal(0.0, 0.3, 4000)

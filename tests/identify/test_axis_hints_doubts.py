@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import drive
-from macromicro.identify._axis_doubts import against, coarse, directions, jumps
-from macromicro.identify.axis import Axis, simulate
+from macromicro.identify._axis_hints import against, coarse, directions, jumps
 from macromicro.identify.axis_inverse import Estimate
-from macromicro.identify.kinds.drive_file import about
+from macromicro.identify.kinds.drive_report import about
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, simulate
 
 DT = 1e-3
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.identify.smoothing import window_means, without_spikes
+from macromicro.identify.kiln import window_means, without_spikes
 
 T = np.arange(0.0, 400.0, 0.2)
 # Up and down at 0.2 K/s, a sharp peak at 200 s.

@@ -11,9 +11,9 @@ from tests.identify.kinds.fits import AXIS, DT, HUNG, HUNG_NAMES, HUNG_STD, NAME
 
 from macromicro import settings
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis
-from macromicro.identify.kinds import drive_file, drive_words
+from macromicro.identify.kinds import drive_report
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis
 from macromicro.place import LENGTH
 from macromicro.schema.par import changed
 
@@ -26,8 +26,8 @@ def test_settings_by_the_units() -> None:
     records = runs((np.ones(3), np.array([0.0, 0.1, 0.3])))
 
     def kind(force: str, x: str, *, endless: bool = False) -> str:
-        units = drive_words.units_of(force, x)
-        return drive_file.settings(fit(AXIS, NAMES, STD), records, force, x, units, endless)
+        units = drive_report.units_of(force, x)
+        return drive_report.settings(fit(AXIS, NAMES, STD), records, force, x, units, endless)
 
     for force in ("V", "N"):
         assert tomllib.loads(kind(force, "m"))["machine"] == "axis"
@@ -47,8 +47,8 @@ def test_settings_by_the_units() -> None:
 
 
 def test_an_eccentric_load_in_units_without_a_machine_is_unbalance_and_angle() -> None:
-    units = drive_words.units_of("u", "rad")
-    text = drive_file.settings(fit(HUNG, HUNG_NAMES, HUNG_STD), [], "u", "rad", units)
+    units = drive_report.units_of("u", "rad")
+    text = drive_report.settings(fit(HUNG, HUNG_NAMES, HUNG_STD), [], "u", "rad", units)
     found = tomllib.loads(text)["axis"]
     assert found["unbalance"] == pytest.approx(0.5)
     assert found["hangs"] == pytest.approx(np.arctan2(0.4, 0.3)) and "sine" not in found
@@ -60,9 +60,9 @@ def test_the_machine_of_a_drive_in_metres() -> None:
     other = np.array([3.0, 8.0, 8.0, 7.9998])
     records = runs((np.array([1.0, -4.5, 0.0, 2.0, 1.0]), x), (np.full(4, -3.0), other))
     axis = AXIS._replace(lag=0.001)
-    units = drive_words.units_of("N", "m")
+    units = drive_report.units_of("N", "m")
     errors = dict(zip(NAMES, STD, strict=True))
-    text = drive_file.machine(fit(axis, NAMES, STD, 4.0, 3), records, units, errors, LENGTH)
+    text = drive_report.machine(fit(axis, NAMES, STD, 4.0, 3), records, units, errors, LENGTH)
     made = tomllib.loads(text)
     assert si(made["encoder"]["pitch"]) == pytest.approx(1e-4)
     assert si(made["travel"]["high"]) == pytest.approx(10.0) and si(made["travel"]["low"]) == 0.0
@@ -84,8 +84,8 @@ def test_the_machine_of_a_drive_in_metres() -> None:
         "#", "Identified by output error, with standard errors:",
         "  mass = 1.5 +- 0.1 kg", "  viscous = 12 +- 0.5 N*s/m", "  coulomb = 3 N",
     ]  # fmt: skip
-    units = drive_words.units_of("V", "m")
-    text = drive_file.machine(fit(axis, NAMES, STD, 1.0, 0), records[:1], units, errors, LENGTH)
+    units = drive_report.units_of("V", "m")
+    text = drive_report.machine(fit(axis, NAMES, STD, 1.0, 0), records[:1], units, errors, LENGTH)
     assert "\n# No gain was known: 1 N below stands for one unit of the effort.\n" in text
     assert si(tomllib.loads(text)["travel"]["high"]) == pytest.approx(3.0)
 
@@ -114,8 +114,8 @@ def carriage(**changes: float) -> Axis:
 
 @pytest.mark.usefixtures("weaker")
 def test_the_bench_of_a_drive_in_counts_and_volts() -> None:
-    units = drive_words.units_of("V", "counts")
-    text = drive_file.settings(fit(carriage(), FULL, FULL_STD), [], "V", "counts", units)
+    units = drive_report.units_of("V", "counts")
+    text = drive_report.settings(fit(carriage(), FULL, FULL_STD), [], "V", "counts", units)
     assert tomllib.loads(text) == {
         "bench": {
             "carriage": {"mass": "500 g"},
@@ -141,7 +141,7 @@ def test_what_does_not_show_is_left_out_of_the_bench() -> None:
     errors = dict(zip(FULL, FULL_STD, strict=True))
 
     def made(axis: Axis, errors: dict[str, float]) -> tuple[dict[str, Any], str]:
-        text = drive_file.bench(fit(axis, FULL, FULL_STD), errors)
+        text = drive_report.bench(fit(axis, FULL, FULL_STD), errors)
         return tomllib.loads(text)["bench"], text
 
     small, _ = made(carriage(coulomb=0.8 / G), errors)
@@ -162,7 +162,7 @@ def test_what_does_not_show_is_left_out_of_the_bench() -> None:
 @pytest.mark.usefixtures("weaker")
 def test_what_the_bench_refuses_is_written_as_it_is() -> None:
     errors = dict(zip(FULL, FULL_STD, strict=True))
-    text = drive_file.bench(fit(carriage(mass=-1.0), FULL, FULL_STD), errors)
+    text = drive_report.bench(fit(carriage(mass=-1.0), FULL, FULL_STD), errors)
     assert text.startswith("# The bench refuses these: model.toml, bench.carriage.mass: '-")
     made = tomllib.loads(text)
     assert list(made) == ["axis"] and list(made["axis"]) == list(FULL)

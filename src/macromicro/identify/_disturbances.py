@@ -1,6 +1,7 @@
-"""A force that is periodic in the position: cogging of a motor, teeth of a belt or a gear.
+"""Disturbances of a record: a force that is periodic in the position, and coloured noise.
 
-w = A sin(k x + phi)
+Cogging of a motor, teeth of a belt or a gear: w = A sin(k x + phi). Noise as an autoregression,
+D(z) e = w.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify._autoregression import autoregression, correlation_length
 
 _LEAST, _MOST = 2.0, 2000.0  # periods in the range of places
 _BINS = 16 * int(_MOST)  # of the range, in which forces are summed to be tried
@@ -61,14 +61,12 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     nearby = step * (tried[at] + np.linspace(-1.0, 1.0, 2 * _FINE + 1))
     near = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
     far = nearby[1] - nearby[0]
-    best = float(
-        minimize_scalar(
-            lambda turn: -_explained(float(turn), x, left, basis)[0],
-            bounds=(near - far, near + far),
-            method="bounded",
-            options={"xatol": _EXACT * step},
-        ).x
-    )
+
+    def missed(turn: float) -> float:
+        return -_explained(float(turn), x, left, basis)[0]
+
+    bounds, how = (near - far, near + far), {"xatol": _EXACT * step}
+    best = float(minimize_scalar(missed, bounds=bounds, method="bounded", options=how).x)
     power, (sine, cosine) = _explained(best, x, left, basis)
     parts = np.split(left, np.cumsum([len(f[::every]) for f in force])[:-1])
     gone = sum(float(np.abs(np.diff(p)).sum()) for p in place)
@@ -119,3 +117,45 @@ def _explained(turn: float, x: Array, left: Array, basis: Array) -> tuple[float,
     own = pair - basis @ (basis.T @ pair)
     found = np.linalg.lstsq(own, left, rcond=1e-6)[0]
     return float(left @ own @ found), found
+
+
+MAX_ORDER = 30
+_POINTS = 1 << 14  # of a spectrum
+
+
+def autoregression(residuals: list[Array]) -> tuple[Array, float]:
+    """Coefficients of D(z) e = w by Burg's method (1967), always stable."""
+    # Levinson's recursion on autocovariances is biased where a root is near the unit circle, as for
+    # a slow disturbance. A record as short as the order contributes no more.
+    n = sum(len(e) for e in residuals)
+    last = max(min(MAX_ORDER, n // 10, max(len(e) for e in residuals) - 1), 0)
+    d, power = np.zeros(0), sum(float(e @ e) for e in residuals) / n
+    ahead, back = [e[1:] for e in residuals], [e[:-1] for e in residuals]
+    best, least = (d, power), np.inf
+    for order in range(last + 1):
+        if order:
+            shared = sum(float(f @ b) for f, b in zip(ahead, back, strict=True))
+            each = sum(float(f @ f + b @ b) for f, b in zip(ahead, back, strict=True))
+            if not each > 0.0:
+                break
+            k = -2.0 * shared / each
+            d = np.concatenate([d + k * d[::-1], [k]])
+            power *= 1.0 - k * k
+            for i, (f, b) in enumerate(zip(ahead, back, strict=True)):
+                ahead[i], back[i] = (f + k * b)[1:], (b + k * f)[:-1]
+        if not power > 0.0:
+            break
+        score = n * np.log(power) + 2.0 * order
+        if score < least:
+            best, least = (d, power), score
+    return best
+
+
+def correlation_length(noise: tuple[Array, float]) -> float:
+    """Samples whose values go together: the spectrum at rest over its mean."""
+    response = np.abs(np.fft.rfft(np.r_[1.0, noise[0]], _POINTS)) ** 2
+    if not response.min() > 0.0:
+        return float(np.inf)
+    # Every frequency but rest and the highest stands for its negative, too.
+    mean = (2.0 * np.sum(1.0 / response[1:-1]) + 1.0 / response[0] + 1.0 / response[-1]) / _POINTS
+    return float(1.0 / (response[0] * mean))

@@ -10,8 +10,8 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify import _linear_hints
-from macromicro.identify._linear_hints import Asked, Hint, constant, hints
+from macromicro.identify.kinds import linear
+from macromicro.identify.kinds.linear import Asked, Hint, constant, hints
 
 DT = 1e-3
 
@@ -111,7 +111,7 @@ def test_what_only_the_fitted_part_shows_is_not_told() -> None:
 
 
 def test_long_records_are_looked_at_by_their_first_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_linear_hints, "_MOST", 5000)
+    monkeypatch.setattr(linear, "_MOST", 5000)
     u = inputs(7, 6000)
     late = answered(np.r_[np.zeros(8), u[:-8]])
     mixed = np.where(np.arange(len(u)) < 5000, answered(u), late)

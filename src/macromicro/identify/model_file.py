@@ -25,10 +25,9 @@ def settings(head: str, values: Mapping[str, tuple[float, str]], law: str = "") 
     for path, (value, comment) in values.items():
         table, _, name = path.rpartition(".")
         texts[path] = shown(value, pars[path].unit, pars[path].shown, 6)
-        tables.setdefault(table, []).append(_line(name, f'"{texts[path]}"', comment))
+        tables.setdefault(table, []).append(line(name, f'"{texts[path]}"', comment))
     config.overridden(tree, texts, "model.toml")
-    body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]
-    return "\n".join(filter(None, [_comment(head), first, *body]))
+    return written(head, first, tables)
 
 
 def gains(head: str, name: str, found: Any, law: str) -> str:
@@ -42,12 +41,12 @@ def gains(head: str, name: str, found: Any, law: str) -> str:
     key = "micro_law" if control.micro_law == law else "macro_law"
     rounded = type(found)(*[_rounded(value) for value in found])
     lines = [
-        _line(entry.path, str(entry.text), entry.par.meaning)
+        line(entry.path, str(entry.text), entry.par.meaning)
         for entry in entries(rounded)
         if entry.text is not None
     ]
     first = f'[controller]\n{key} = "{law}"\n'
-    return "\n".join([_comment(head), first, f"[controller.{name}]", *lines, ""])
+    return written(head, first, {f"controller.{name}": lines})
 
 
 def _rounded(value: Any) -> Any:
@@ -57,19 +56,22 @@ def _rounded(value: Any) -> Any:
 
 
 def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> str:
-    body = []
-    for table, values in tables.items():
-        lines = [_line(name, _toml(v), comment) for name, (v, comment) in values.items()]
-        body.append(f"[{table}]\n" + "\n".join(lines) + "\n")
-    return "\n".join([_comment(head), *body])
+    rows = {
+        table: [line(name, _toml(value), comment) for name, (value, comment) in values.items()]
+        for table, values in tables.items()
+    }
+    return written(head, "", rows)
 
 
-def _line(name: str, value: str, comment: str) -> str:
+def written(head: str, first: str, tables: Mapping[str, Sequence[str]]) -> str:
+    """A file of a head in comments, first lines, and tables of lines."""
+    comment = "".join(f"# {text}".rstrip() + "\n" for text in head.splitlines())
+    body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]
+    return "\n".join([comment, *([first] if first else []), *body])
+
+
+def line(name: str, value: str, comment: str) -> str:
     return f"{name} = {value}  # {comment}" if comment else f"{name} = {value}"
-
-
-def _comment(text: str) -> str:
-    return "".join(f"# {line}\n" for line in text.splitlines())
 
 
 def _toml(value: Any) -> str:
@@ -79,13 +81,9 @@ def _toml(value: Any) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):
-        if math.isfinite(value):
-            return (
-                f"{float(value):.9g}"
-                if value % 1.0
-                else f"{value:.9e}"
-                if abs(value) >= 1e9
-                else f"{value:.1f}"
-            )
-        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
+        if not math.isfinite(value):
+            return str(value)
+        if value % 1.0:
+            return f"{value:.9g}"
+        return f"{value:.9e}" if abs(value) >= 1e9 else f"{value:.1f}"
     return "[" + ", ".join(_toml(v if isinstance(v, str) else float(v)) for v in value) + "]"

@@ -7,12 +7,19 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.identify import axis_fit
-from macromicro.identify._axis_instruments import instrumented, under
-from macromicro.identify._ripple import Ripple
-from macromicro.identify.axis import Axis, acting, simulate, step
+from macromicro.identify._disturbances import Ripple
 from macromicro.identify.axis_fit import Driven
-from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
+from macromicro.identify.axis_inverse import (
+    Estimate,
+    Rows,
+    differences,
+    fitted,
+    instrumented,
+    under,
+)
 from macromicro.identify.runs import Run
+from macromicro.models.mass import Axis, acting, simulate
+from macromicro.models.mass import glide as step
 
 DT, N = 1e-3, 8000
 TRUTH = Axis(4.0, 25.0, 12.0, 2.0)

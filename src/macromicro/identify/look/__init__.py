@@ -1,1 +1,0 @@
-"""Contents of a measured file: columns, time, and the command to continue with."""
