@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -138,16 +137,11 @@ class Guarded:
         self.rig.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         try:
             self.stop()
         finally:  # the rig inside goes safe by itself too, should its `stop` fail
-            self.rig.__exit__(kind, error, trace)
+            self.rig.__exit__(*error)
 
 
 _JUDGE, _SHOW, _TAKE = 0.0, 1.0, 2.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from types import TracebackType
 from typing import NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
@@ -232,12 +231,7 @@ class BoardRig:
         self._last, self._answered, self._before, self._pause = None, False, None, 0
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self.link is None:
             return
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from types import TracebackType
 from typing import Any, Self
 
 from macromicro.rig.cards._clock import Deadlines
@@ -85,12 +84,7 @@ class CardRig:
             self.clock.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         try:
             self.stop()
         finally:
