@@ -15,9 +15,9 @@ from macromicro.control.live import _bounds, parameters, state
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
-from macromicro.serve._captures import Captures
-from macromicro.serve._in_force import InForce
+from macromicro.serve._ledger import InForce
 from macromicro.serve._trail import Trail
+from macromicro.serve.capturing import Captures
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble

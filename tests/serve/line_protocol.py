@@ -15,10 +15,9 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.bucket import Bucket
-from macromicro.serve.client import Client, Entry, Waiting
+from macromicro.serve.client import Capacity, Client, Entry, Waiting
 from macromicro.serve.guesses import TRIES, Token
 from macromicro.serve.listening import Listener
 from macromicro.serve.requests import KINDS, OVERTAKEN, STOPS

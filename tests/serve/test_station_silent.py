@@ -18,7 +18,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.recording import Recording
 from macromicro.serve import _safing, faults, persist
-from macromicro.serve._pulse import Pulse
+from macromicro.serve._loop_connection import Pulse
 from macromicro.serve.station import Station
 from tests.systems import posix
 

@@ -19,18 +19,35 @@ from macromicro.control.live.messages import Event, Finished, Reply
 from macromicro.errors import MacromicroError
 from macromicro.serve import _background, _safing, _sending, _watching, faults, link, persist
 from macromicro.serve._background import in_thread
-from macromicro.serve._in_force import InForce
-from macromicro.serve._launching import Child, launch
-from macromicro.serve._ledger import Ledger
+from macromicro.serve._launching import Child, Spec, launch
+from macromicro.serve._ledger import InForce, Ledger
 from macromicro.serve._machine import Point
-from macromicro.serve._position_store import Place, PositionStore
-from macromicro.serve._pulse import Pulse
+from macromicro.serve._position_store import PositionStore, Shown
 from macromicro.serve._sending import Allowed, Sender, Stops
 from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.loop_spec import Spec
 from macromicro.serve.shared import HEARTBEAT, LEAVE, RENEWED, WRITTEN, Shared
 from macromicro.serve.snapshot import Trouble
+
+LOOKS = 10  # in the time that is allowed
+
+
+class Pulse:
+    """Measures silence by its own looks, so that a halt of this process does not count."""
+
+    def __init__(self, allowed: float, count: int, now: float) -> None:
+        self.pause = allowed / LOOKS
+        self._count, self._looked = count, now
+        self.silent = 0.0
+
+    def look(self, count: int, now: float) -> float:
+        """Silence at the time `now`, with the loop's period count."""
+        passed = min(now - self._looked, 2.0 * self.pause)
+        self._looked = now
+        self.silent = self.silent + passed if count == self._count else 0.0
+        self._count = count
+        return self.silent
+
 
 END_S = 3.0
 
@@ -88,7 +105,7 @@ class LoopConnection:
         self.channels = tuple(child.channels)
         self._lock, self._child, self.shared = lock, child, shared
         self._store = PositionStore(
-            self._path, settings.kept_as(self._rig), self._place, self._report
+            self._path, settings.kept_as(self._rig), self._shown, self._report
         )
         _background.call(self._begin(child, shared))
 
@@ -201,8 +218,8 @@ class LoopConnection:
     @property
     def moving(self) -> bool:
         """Whether a motion is under way or the carriage coasts."""
-        place = self._place()
-        return self.running and place is not None and place.moving
+        shown = self._shown()
+        return self.running and shown is not None and shown[1].moving
 
     async def keep(self) -> None:
         """Update the position file."""
@@ -222,7 +239,7 @@ class LoopConnection:
     def _report(self, text: str) -> None:
         self.tell("loop", "trouble", {"reason": text})
 
-    def _place(self) -> Place | None:
+    def _shown(self) -> Shown | None:
         return (
             _watching.place(self.shared, self.trust, self._settings)
             if self.shared is not None

@@ -49,6 +49,7 @@ NAMES = tuple(c.name for c in COLUMNS)
 INDEX = {name: k for k, name in enumerate(NAMES)}
 _LINED = layout(Lines, Enable).columns
 LINES = tuple(c.name for c in _LINED)
+LAMPS = tuple(name for name in LINES if name != "index_count")
 NO_LINES = (math.nan,) * len(LINES)
 _FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
 _recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
@@ -156,12 +157,10 @@ class StageStatus(NamedTuple):
 
     offset: float = math.nan  # encoder counts at coordinate 0
     target: float = math.nan
-    lamps: float = 0.0  # its lines, as `lamps.packed`
+    lamps: tuple[float, ...] = ()  # whether each of `LAMPS` is on, 0 or 1; NaN: it has none such
 
 
-_FIXED, _EACH = len(Status._fields) - 1, len(StageStatus._fields)
-
-
+_FIXED, _EACH = len(Status._fields) - 1, len(StageStatus._fields) - 1 + len(LAMPS)
 _turn = threading.Lock()
 
 
@@ -295,8 +294,11 @@ class Shared:
                 break
             time.sleep(_LOOK_S)
         own = values[_FIXED:]
-        each = (StageStatus(*own[k : k + _EACH]) for k in range(0, len(own), _EACH))
-        return written, row, Status(*values[:_FIXED])._replace(stages=tuple(each))
+        stages = []
+        for k in range(0, len(own), _EACH):
+            offset, target, *lamps = own[k : k + _EACH]
+            stages.append(StageStatus(offset, target, tuple(lamps)))
+        return written, row, Status(*values[:_FIXED])._replace(stages=tuple(stages))
 
     def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
         """Rows after the first `count`: (lost, new count, copy float64[columns, rows])."""

@@ -3,24 +3,34 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.control.live.messages import MODES, Accepted, Event, Finished, Refused, Reply
 from macromicro.errors import MacromicroError
+from macromicro.recording_format import Attribute
 from macromicro.rig.opening import TWIN
-from macromicro.serve import _background, unconfirmed
+from macromicro.serve import _background, _watching, unconfirmed
 from macromicro.serve._background import in_thread, on_loop
-from macromicro.serve._observed import Observed
+from macromicro.serve._holders import Holders
+from macromicro.serve._launching import LIVE
+from macromicro.serve._ledger import InForce
+from macromicro.serve._loop_connection import LoopConnection
+from macromicro.serve._recording import Recordings
 from macromicro.serve._sending import SILENT, Stops
 from macromicro.serve._stream import Stream
 from macromicro.serve._trail import Trail
+from macromicro.serve.capturing import Captures
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.loop_spec import LIVE
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.snapshot import RecordingState
+from macromicro.serve.shared import BINS
+from macromicro.serve.snapshot import RecordingState, Snapshot
 
 REST_S = 5.0  # longest wait for rest at the end
 FIRST_S = 1.0  # longest wait for the first period
@@ -29,7 +39,7 @@ REOPEN_S, REOPEN_MOST_S = 1.0, 5.0  # between two tries to open a failed rig aga
 LASTED_S = 30.0  # a rig that ran for so long failed by something new
 
 
-class Station(Observed):
+class Station:
     """Starts the loop process and speaks with it; a context manager.
 
     One client at a time holds control; all may watch and stop. Nothing moves on `start`.
@@ -46,8 +56,14 @@ class Station(Observed):
         state: Path | None = None,
         machine: str = LIVE,
     ) -> None:
-        super().__init__(rig, seed, settings or LiveSettings(), state, machine)
-        self._serve = self.settings.serve
+        settings = settings or LiveSettings()
+        self.settings, self.rig = settings, rig
+        self._serve = settings.serve
+        self._holders = Holders(self._serve.client_timeout)
+        self._connection = LoopConnection(rig, seed, settings, state, machine)
+        attributes: dict[str, Attribute] = {"rig": rig, "seed": seed, "modes": ", ".join(MODES)}
+        self._recordings = Recordings(self._connection, settings, attributes)
+        self.captures = Captures(self._connection, settings)
         self.started = False  # has its first period read the sensors?
         self._attending: Future[Any] | None = None
         self._ended = asyncio.Event()
@@ -96,6 +112,59 @@ class Station(Observed):
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    # What everyone may see
+
+    @property
+    def holder(self) -> str:
+        return self._holders.holder
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        return self._connection.stages
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return self._connection.channels
+
+    @property
+    def in_force(self) -> InForce:
+        """Gains and speed limits in force."""
+        return self._connection.ledger.in_force
+
+    def snapshot(self) -> Snapshot:
+        recording = self._recordings.state
+        return _watching.snapshot(self._connection, self.settings, recording, self._holders)
+
+    def telemetry(self, since: int = -1) -> tuple[int, NDArray[np.float64], Sequence[str]]:
+        """Telemetry after row `since`: (number of the last row, float64[columns, rows], names)."""
+        shared, names = self._connection.shared, self.settings.telemetry.names
+        if shared is None:
+            return -1, np.empty((len(names), 0)), names
+        _, count, block = shared.since(since + 1)
+        return count - 1, block, names
+
+    def timing(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Histograms of lateness and computing time: int64[bins] of 1 us, the last one open."""
+        shared = self._connection.shared
+        counts = np.zeros((2, BINS), np.int64) if shared is None else shared.histograms.copy()
+        return counts[0], counts[1]
+
+    def events(self, since: int = -1) -> tuple[int, list[Event]]:
+        """Events after number `since`: (number of the last one, events)."""
+        return self._connection.ledger.events(since)
+
+    def finished(self, motion: int, timeout: float | None = None) -> Finished | None:
+        """How a motion ended, waiting up to `timeout`; None while it is under way or unknown.
+
+        Within the event loop only with a timeout of 0.
+        """
+        ledger = self._connection.ledger
+        return ledger.finished(motion) if timeout == 0.0 else ledger.awaited(motion, timeout)
+
+    async def news(self) -> None:
+        """Wait for the next event, end of a motion or client that leaves."""
+        await self._connection.ledger.news()
 
     # Clients
 

@@ -19,11 +19,11 @@ from tests.serve.web.web_parts import Station as PageStation
 from tests.systems import linux
 
 from macromicro.serve.door import _connection
-from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.door._connection import Bounds
 from macromicro.serve.epics import _circuits
 from macromicro.serve.epics.server import EpicsServer
 from macromicro.serve.gcs import GcsServer
-from macromicro.serve.gcs._connection import BOUNDS
+from macromicro.serve.gcs.server import BOUNDS
 from macromicro.serve.hosts import LEAST_TOKEN
 from macromicro.serve.listening import Listener
 from macromicro.serve.scpi import Server

@@ -18,7 +18,7 @@ from tests.systems import posix
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
-from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve.stage import opening, settings
 from macromicro.serve.station import Station
 

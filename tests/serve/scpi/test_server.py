@@ -16,7 +16,7 @@ from tests.systems import linux, posix
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
-from macromicro.serve.door import _connection, _monitor
+from macromicro.serve.door import _connection
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.scpi import Bounds, Server
@@ -356,9 +356,10 @@ def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
 def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -> None:
     """Each accepted socket sends at once what there is to send (TCP_NODELAY)."""
     seen: list[int] = []
+    prepare = _connection.prepare
 
     def watched(accepted: socket.socket) -> None:
-        _monitor.prepare(accepted)
+        prepare(accepted)
         seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
 
     monkeypatch.setattr(_connection, "prepare", watched)

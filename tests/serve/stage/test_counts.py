@@ -12,7 +12,7 @@ from tests.serve.stage.test_lines import EXAMPLES, written
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
-from macromicro.serve.stage._counts import counted, shared_out
+from macromicro.serve.stage.rig import counted, shared_out
 
 NOISY = 'noise = "5 um"\n'  # of 0.4 counts
 

@@ -14,7 +14,7 @@ from macromicro.control.live import messages as m
 from macromicro.serve import choosing
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
 from tests.browser import DESK, Window
 
 # The tests' browser draws on the processor: a third of the usual frames.

@@ -7,7 +7,7 @@ from typing import Any
 
 from web_parts import Client, Station, until
 
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
 
 Make = Callable[..., Client]
 

@@ -7,7 +7,7 @@ import pytest
 
 from macromicro.hysteresis.pictures import staircase
 from macromicro.hysteresis.preisach import Preisach
-from macromicro.serve.web._plane import SMALLEST, Plane
+from macromicro.serve.web._hub import SMALLEST, Plane
 
 
 def test_turning_points_leave_the_same_memory_as_every_sample() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from web_parts import Client, until
 
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
 
 Make = Callable[..., Client]
 

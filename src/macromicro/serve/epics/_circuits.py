@@ -9,8 +9,7 @@ from typing import Any
 from caproto.asyncio.server import Context
 from caproto.asyncio.utils import _TransportWrapper
 
-from macromicro.serve.door._bounds import Bounds
-from macromicro.serve.door._monitor import prepare
+from macromicro.serve.door._connection import Bounds, prepare
 from macromicro.serve.epics._channels import Address
 
 MOST = Bounds().silent

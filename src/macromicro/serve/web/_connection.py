@@ -13,7 +13,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.schema.text import plain
-from macromicro.serve import _capacity
+from macromicro.serve import client
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Entry, Waiting
 from macromicro.serve.guesses import WRONG
@@ -59,7 +59,7 @@ class PageConnection:
     @property
     def rank(self) -> int:
         if self._session is None:
-            return _capacity.unadmitted(self._address)
+            return client.unadmitted(self._address)
         return self._session.rank
 
     @property

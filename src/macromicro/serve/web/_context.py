@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 from macromicro import __version__
 from macromicro.hysteresis.table import FodTable
 from macromicro.serve._background import in_thread
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.calibrated import calibrations
+from macromicro.serve.client import Capacity
 from macromicro.serve.guesses import Token
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import _reporting, bins
-from macromicro.serve.web._bounds import Bounds
 from macromicro.serve.web._downloads import Downloads
 from macromicro.serve.web._hub import Hub
 from macromicro.serve.web._orders import Orders, units
 from macromicro.serve.web._sessions import Sessions
+from macromicro.serve.web.server import Bounds
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
@@ -35,7 +35,7 @@ class Context:
         self.sessions = Sessions(self.instrument, self.capacity)
         self.orders = Orders(self.instrument)
         self.recordings = Downloads(station, folder)
-        law = self.instrument.law_columns
+        law, shown = station.settings.law_columns, bins.plots(station.settings)
         two = isinstance(station.settings, LiveSettings)
         self.about: dict[str, Any] = {
             "version": __version__,
@@ -51,7 +51,7 @@ class Context:
             "limits": _reporting.limits(station.settings),
             "units": list(units(station.settings.live.place)),
             "programmes": list(self.instrument.programmes()),
-            "channels": [*bins.channels(station.settings.axes), *(c.name for c in law)],
+            "channels": list(shown.channels),
             "law": [{"name": c.name, "unit": c.unit, "meaning": c.meaning} for c in law],
             "signals": [[c.name, c.unit, c.meaning] for c in station.captures.signals],
             "spans": list(bins.SPANS),

@@ -10,10 +10,9 @@ from typing import Protocol
 
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.serve import unconfirmed
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import Client
-from macromicro.serve.web._uploads import Upload
+from macromicro.serve.client import Capacity, Client
+from macromicro.serve.web._downloads import Upload
 
 GRACE_S = 10.0  # longest time for which a page that is gone may come back
 _numbers = itertools.count(1)  # one name for each page of all servers: the station tells them apart
