@@ -27,7 +27,9 @@ Make = Callable[..., Station]
 
 def sender(shared: Shared, alive: Callable[[], bool]) -> Sender:
     none: Any = None
-    return Sender(none, shared, none, none, 1.0, alive, print)
+    made = Sender(1.0, alive, print)
+    made.begin(none, shared, none, none)
+    return made
 
 
 def test_an_emergency_stop_has_succeeded_though_another_one_follows() -> None:

@@ -15,15 +15,15 @@ from typing import Any
 
 from macromicro.control.live import alone
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Event, Finished, Reply
+from macromicro.control.live.messages import Event, Finished
 from macromicro.errors import MacromicroError
-from macromicro.serve import _background, _safing, _sending, _watching, faults, link, persist
+from macromicro.serve import _background, _safing, _watching, faults, link, persist
 from macromicro.serve._background import in_thread
 from macromicro.serve._launching import Child, Spec, launch
 from macromicro.serve._ledger import InForce, Ledger
 from macromicro.serve._machine import Point
 from macromicro.serve._position_store import PositionStore, Shown
-from macromicro.serve._sending import Allowed, Sender, Stops
+from macromicro.serve._sending import Sender
 from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.shared import HEARTBEAT, LEAVE, RENEWED, WRITTEN, Shared
@@ -77,7 +77,8 @@ class LoopConnection:
         self._child: Child | None = None
         self._store: PositionStore | None = None
         self._lock: persist.Lock | None = None
-        self._sender: Sender | None = None
+        alive, wait = lambda: self.running, settings.serve.reply_timeout
+        self.sender = Sender(wait, alive, self._report)
         self._attending: asyncio.Task[None] | None = None
 
     # Start and end
@@ -110,18 +111,9 @@ class LoopConnection:
         _background.call(self._begin(child, shared))
 
     async def _begin(self, child: Child, shared: Shared) -> None:
-        serve, outbox = self._settings.serve, link.Outbox(child.end)
+        outbox = link.Outbox(child.end)
         assert self._store is not None
-        self._sender = Sender(
-            child,
-            shared,
-            self._store,
-            outbox,
-            serve.reply_timeout,
-            lambda: self.running,
-            self._report,
-            self.stages,
-        )
+        self.sender.begin(child, shared, self._store, outbox, self.stages)
         self.ledger.open()
         self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
         self.running = True
@@ -165,38 +157,6 @@ class LoopConnection:
             self.tell("loop", "not started again", {"reason": str(error)})
         else:
             self.tell("loop", "rig back", {"rig": self._rig})
-
-    async def ask(
-        self, request: Any, allowed: Allowed = _sending.anybody, since: Stops | None = None
-    ) -> Reply:
-        """See `Sender.ask`."""
-        if self._sender is None or not self.running:
-            return _sending.OFF
-        return await self._sender.ask(request, allowed, since)
-
-    def post(self, request: Any) -> None:
-        """Send a request without waiting for its reply."""
-        if self._sender is not None and self.running:
-            self._sender.post(request)
-
-    def released(self) -> None:
-        """See `Sender.released`."""
-        if self._sender is not None and self.running:
-            self._sender.released()
-
-    @property
-    def stops(self) -> Stops:
-        return self._sender.stops if self._sender is not None else (0, 0)
-
-    def emergency(self, client: str) -> float:
-        """See `Station.emergency`."""
-        sender = self._sender
-        return sender.emergency(client) if sender and self.running else math.nan
-
-    async def emergency_stop(self, client: str) -> float:
-        """The same within the event loop."""
-        sender = self._sender
-        return await sender.emergency_stop(client) if sender and self.running else math.nan
 
     def renew(self) -> None:
         """Keep a jog under way."""
@@ -311,8 +271,7 @@ class LoopConnection:
     def _close(self, outcome: str, evidence: str) -> None:
         """End the motion under way and answer what waits."""
         self.ledger.close(outcome, evidence)
-        if self._sender is not None:
-            self._sender.close()
+        self.sender.close()
 
     def _fault(self, trouble: Trouble) -> None:
         self.trouble = trouble
@@ -322,10 +281,9 @@ class LoopConnection:
         if kind == "reply":
             serial, reply = rest
             self.ledger.replied(reply)
-            if self._sender is not None:
-                self._sender.reply(serial, reply)
+            self.sender.reply(serial, reply)
         elif kind == "notice":
-            notice = self._sender.signed(rest[0]) if self._sender else rest[0]
+            notice = self.sender.signed(rest[0])
             if isinstance(notice, Finished):
                 self.ledger.end(notice)
             else:

@@ -202,4 +202,4 @@ class Recordings:
     def _failed(self, reason: str) -> None:
         self._connection.tell("recording", "failed", {"reason": reason})
         if self._settings.recorder_failure == STOP:
-            self._connection.post(Stop(client="recorder"))
+            self._connection.sender.post(Stop(client="recorder"))

@@ -98,7 +98,7 @@ class Station:
             self._attending.result()
             self._attending = None
         if self._connection.running:
-            _background.call(self._connection.ask(m.Stop(client="shutdown")))
+            _background.call(self._connection.sender.ask(m.Stop(client="shutdown")))
             deadline = time.monotonic() + REST_S
             while time.monotonic() < deadline and self._connection.moving:
                 time.sleep(0.01)
@@ -199,7 +199,7 @@ class Station:
         reply = self._holders.release(client)
         if isinstance(reply, Accepted):
             self._tell("control", "released", {"client": client})
-            self._connection.released()
+            self._connection.sender.released()
         return reply
 
     @on_loop
@@ -217,7 +217,7 @@ class Station:
     @property
     def stops(self) -> Stops:
         """Counts of stops so far, for `order`."""
-        return self._connection.stops
+        return self._connection.sender.stops
 
     async def order(self, client: str, request: Any, since: Stops | None = None) -> Reply:
         """Pass a request to the machine and wait for its reply; a client's mistake never raises.
@@ -235,26 +235,26 @@ class Station:
         return _background.call(self.order(client, request, since))
 
     async def _order(self, client: str, request: Any, since: Stops | None) -> Reply:
-        since = self._connection.stops if since is None else since
+        since = self._connection.sender.stops if since is None else since
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
             return Refused(f"{found} is not a request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
-            if math.isnan(await self._connection.emergency_stop(client)):
+            if math.isnan(await self._connection.sender.emergency_stop(client)):
                 return unconfirmed.SILENT
             return Accepted()
         if not isinstance(request, m.Stop):
             refusal = self._holders.refusal(client)
             if refusal is not None:
                 return refusal
-            reply = await self._connection.ask(
+            reply = await self._connection.sender.ask(
                 request._replace(client=client), lambda: self._holders.refusal(client), since
             )
             if isinstance(request, m.Follow) and isinstance(reply, Accepted):
                 self._stream = Stream(reply.id, len(self.stages) if request.stage == m.ALL else 1)
             return reply
         self._holders.heartbeat(client)
-        reply = await self._connection.ask(request._replace(client=client))
+        reply = await self._connection.sender.ask(request._replace(client=client))
         return unconfirmed.SILENT if reply is SILENT else reply
 
     def renew(self, client: str) -> None:
@@ -280,11 +280,11 @@ class Station:
 
     def emergency(self, client: str = "") -> float:
         """Emergency stop past every queue: s until outputs were safe, NaN if unconfirmed."""
-        return self._pressed(client, self._connection.emergency(client))
+        return self._pressed(client, self._connection.sender.emergency(client))
 
     async def emergency_stop(self, client: str = "") -> float:
         """As `emergency`, within the event loop."""
-        return self._pressed(client, await self._connection.emergency_stop(client))
+        return self._pressed(client, await self._connection.sender.emergency_stop(client))
 
     def _pressed(self, client: str, took: float) -> float:
         reply = unconfirmed.SILENT if math.isnan(took) else Accepted()
@@ -351,7 +351,7 @@ class Station:
     def _lost(self, client: str, cause: str) -> None:
         action = self._serve.lost_client
         self._tell("control", "client lost", {"client": client, "why": cause, "action": action})
-        self._connection.post(m.LinkLost(action, client))
+        self._connection.sender.post(m.LinkLost(action, client))
 
     def _tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
         self._connection.tell(kind, cause, evidence)

@@ -69,8 +69,8 @@ def test_what_is_too_long_is_refused_and_forgotten(monkeypatch: pytest.MonkeyPat
 def test_a_slip_is_reported_with_the_files_own_name() -> None:
     with pytest.raises(Refusal) as caught:
         Upload().take(piece(TEXT.replace("10", "99999"), last=True), LOAD)
-    assert caught.value.reason.startswith("a.toml")
-    assert "/" not in caught.value.reason.split(":")[0]
+    assert caught.value.reply.reason.startswith("a.toml")
+    assert "/" not in caught.value.reply.reason.split(":")[0]
 
 
 def test_nothing_stays_on_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:

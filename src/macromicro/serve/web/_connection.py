@@ -150,7 +150,7 @@ class PageConnection:
         try:
             order = read(message)
         except Refusal as refusal:
-            self._later(self._reply({}, Refused(refusal.reason, refusal.remedy)))
+            self._later(self._reply({}, refusal.reply))
             return
         what = order.get("do")
         if what == "emergency":
@@ -182,7 +182,7 @@ class PageConnection:
                 session.name, *self._context.orders.point(order)
             )
         except Refusal as refusal:
-            reply = Refused(refusal.reason, refusal.remedy)
+            reply = refusal.reply
         if reply is None:
             self._bucket.spend(-STREAMED)
         if "id" in order:
@@ -217,7 +217,7 @@ class PageConnection:
         try:
             reply, more = await self._handler.look(order, session)
         except Refusal as refusal:
-            reply, more = Refused(refusal.reason, refusal.remedy), {}
+            reply, more = refusal.reply, {}
         await self._reply(order, reply, more)
 
     async def _do(self, entry: Entry[dict[str, Any]], session: Session) -> bool:
@@ -230,7 +230,7 @@ class PageConnection:
             else:
                 reply, more = await self._handler.do(entry, session)
         except Refusal as refusal:
-            reply = Refused(refusal.reason, refusal.remedy)
+            reply = refusal.reply
         except (MacromicroError, OSError) as error:
             reply = Refused(str(error), "")
         await self._reply(entry.order, reply, more)

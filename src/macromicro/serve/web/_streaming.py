@@ -9,7 +9,7 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
-from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.control.live.messages import Accepted, Reply
 from macromicro.serve.web import bins
 from macromicro.serve.web._context import Context
 from macromicro.serve.web._orders import Refusal, number
@@ -81,7 +81,7 @@ class Stream:
             self.look(order)
             reply: Reply = Accepted()
         except Refusal as refusal:
-            reply = Refused(refusal.reason, refusal.remedy)
+            reply = refusal.reply
         await answer(order, reply)
 
     def _frame(self) -> bytes:
