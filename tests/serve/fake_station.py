@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.control.live import _bounds, parameters, state
 from macromicro.control.live import messages as m
+from macromicro.control.live import parameters, state, targets
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
 from macromicro.serve._ledger import InForce
@@ -123,7 +123,7 @@ class FakeStation:
             if self.beyond(request):
                 return m.Refused("beyond the soft limits", "stay within them", True)
             if isinstance(request, m.SetLimits):
-                self.s, reply, _ = _bounds.change(self.p, self.s, request.limits)
+                self.s, reply, _ = targets.change_limits(self.p, self.s, request.limits)
                 if isinstance(reply, m.Refused):
                     return reply
             self.requests.append(request)

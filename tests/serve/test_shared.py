@@ -14,6 +14,7 @@ from macromicro.place import LENGTH
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import (
     COLUMNS,
+    LAMPS,
     STATUS_TURN,
     WRITTEN,
     Shared,
@@ -70,9 +71,11 @@ def test_two_mappings_are_the_same_memory() -> None:
     one = Shared.create(50, form)
     other = Shared(os.dup(one.fd), 50, form)
     fill(one, 0, 3)
-    stages = (StageStatus(-12.0, 0.5), StageStatus(3.0, 0.25, 5.0), StageStatus())
+    lamps = tuple(map(float, range(len(LAMPS))))
+    offsets = ((-12.0, 0.5), (3.0, 0.25), (np.nan, np.nan))
+    stages = tuple(StageStatus(*each, lamps) for each in offsets)
     told = Status(3.0, fault=7.0, offset=-12.0, target=0.5)
-    one.set_status([*told[:-1], *(value for stage in stages for value in stage)])
+    one.set_status([*told[:-1], *(value for stage in stages for value in (*stage[:2], *lamps))])
     one.close()
     lost, count, block = other.since(0)
     assert (lost, count, len(block)) == (0, 3, len(form.columns))

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.serve.joint.bed import Bed as Both
+from tests.serve.group.bed import Bed as Both
 from tests.serve.stage.bed import Bed
 from tests.serve.stage.test_lines import EXAMPLES, written
 

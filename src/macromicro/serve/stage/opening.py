@@ -29,10 +29,10 @@ from macromicro.serve._launching import Spec
 from macromicro.serve._machine import Opened
 from macromicro.serve._programmes import USUAL
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.joint._machine import StageGroup
-from macromicro.serve.joint._together import Together
 from macromicro.serve.stage import guide
+from macromicro.serve.stage._group import StageGroup
 from macromicro.serve.stage._machine import Led
+from macromicro.serve.stage._together import Together
 from macromicro.serve.stage.rig import Guarded, Real, Simulated
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.warming import rehearse

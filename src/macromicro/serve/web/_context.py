@@ -9,10 +9,10 @@ from macromicro import __version__
 from macromicro.hysteresis.table import FodTable
 from macromicro.serve._background import in_thread
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.calibrated import calibrations
 from macromicro.serve.client import Capacity
 from macromicro.serve.guesses import Token
 from macromicro.serve.settings import LiveSettings
+from macromicro.serve.telling import calibrations
 from macromicro.serve.web import _reporting, bins
 from macromicro.serve.web._downloads import Downloads
 from macromicro.serve.web._hub import Hub
