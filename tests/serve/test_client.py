@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -18,6 +17,7 @@ from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Client, Entry, Waiting
 from macromicro.serve.guesses import TRIES
 from macromicro.serve.requests import OVERTAKEN
+from tests.waiting import until
 
 
 class Station(FakeStation):
@@ -82,13 +82,6 @@ def connect(station: Station, request: pytest.FixtureRequest) -> Iterator[Connec
         yield make
         for line in lines:
             line.close()
-
-
-def until(what: Callable[[], Any]) -> None:
-    deadline = time.monotonic() + 10.0
-    while not what():
-        assert time.monotonic() < deadline, "what was waited for never came"
-        time.sleep(0.01)
 
 
 def test_a_move_and_where_it_is(connect: Connect, station: Station) -> None:

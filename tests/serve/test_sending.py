@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import MOTOR, PID, STEPS, Running, begun, outcome, until
+from serve_parts import MOTOR, PID, STEPS, Running, begun, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -21,6 +21,7 @@ from macromicro.serve.persist import Kept
 from macromicro.serve.shared import EMERGENCY, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 Make = Callable[..., Station]
 

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import LEFT, MOTOR, Running, begun, causes, outcome, until
+from serve_parts import LEFT, MOTOR, Running, begun, causes, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.errors import MacromicroError
 from macromicro.serve import _background, persist
 from macromicro.serve.station import Station
+from tests.waiting import until
 
 Make = Callable[..., Station]
 

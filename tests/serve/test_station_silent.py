@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import BAD_STOP, DEAF, HANGS, LEFT, MOTOR, PID, STOPS, begun, outcome, until
+from serve_parts import BAD_STOP, DEAF, HANGS, LEFT, MOTOR, PID, STOPS, begun, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
@@ -21,6 +21,7 @@ from macromicro.serve import _safing, faults, persist
 from macromicro.serve._loop_connection import Pulse
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 Make = Callable[..., Station]
 

@@ -50,6 +50,7 @@ class Pulse:
 
 
 END_S = 3.0
+LOOK_S = 0.5  # between looks whether a process that says nothing has ended
 
 
 class LoopConnection:
@@ -236,7 +237,15 @@ class LoopConnection:
                 ended.set()
 
         loop.add_reader(child.end, hear)
-        await ended.wait()
+        while not ended.is_set():
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(LOOK_S):
+                    await ended.wait()
+            # Whoever inherited its end of the link by mistake would keep that open.
+            if not ended.is_set() and child.process.poll() is not None:
+                hear()
+                loop.remove_reader(child.end)
+                break
         return said
 
     async def _beat(self, shared: Shared, outbox: link.Outbox) -> None:

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 
 import pytest
 from tests.serve.fake_station import FakeStation
-from tests.serve.scpi.client import Client, until
+from tests.serve.scpi.client import Client
 from tests.serve.web.web_parts import Client as Page
 from tests.serve.web.web_parts import Station as PageStation
 from tests.systems import linux
+from tests.waiting import until
 
 from macromicro.serve.door import _connection
 from macromicro.serve.door._connection import Bounds

@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 from tests import browser
 from tests.serve.fake_station import FakeStation
-from tests.serve.scpi.client import Client, until
+from tests.serve.scpi.client import Client
+from tests.waiting import until
 
 from macromicro.serve.door import _first_line
 from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar

@@ -6,12 +6,13 @@ import threading
 import time
 
 import pytest
+from tests.waiting import until
 
 from macromicro import programme
 from macromicro.control.live import messages as m
 from macromicro.serve.scpi import Bounds, Server
 
-from .client import Client, until
+from .client import Client
 
 PATIENCE = 0.5  # s: serve.client_timeout
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from tests.systems import linux, posix
+from tests.waiting import until
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
@@ -21,7 +22,7 @@ from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.scpi import Bounds, Server
 
-from .client import WAIT, Client, until
+from .client import WAIT, Client
 
 
 def test_question_and_answer(connect) -> None:

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from web_parts import Client, Station, until
+from web_parts import Client, Station
 from websockets.exceptions import ConnectionClosed
 
 from macromicro.serve.web import WebServer
 from macromicro.serve.web.server import Bounds
+from tests.waiting import until
 
 Serve = Callable[..., WebServer]
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import h5py
 import pytest
-from web_parts import Client, Station, until
+from web_parts import Client, Station
 from websockets.exceptions import ConnectionClosed
 
 from macromicro.control.live import messages as m
@@ -21,6 +21,7 @@ from macromicro.serve.snapshot import Trouble
 from macromicro.serve.web import WebServer, bins
 from macromicro.serve.web._orders import Orders
 from macromicro.serve.web.server import Bounds
+from tests.waiting import until
 
 Serve = Callable[..., WebServer]
 Make = Callable[..., Client]
