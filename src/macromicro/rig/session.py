@@ -10,13 +10,7 @@ from macromicro.control.macro import MacroLaw
 from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.rig._unwinding import Unwinding
-from macromicro.rig.fixtures import (
-    CYCLE_PERIOD,
-    KILN_PERIOD,
-    KILN_PITCH,
-    CycleSample,
-    KilnSample,
-)
+from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD, KILN_PITCH, CycleSample, KilnSample
 from macromicro.rig.limits import Limits
 from macromicro.types import SAFE, Command, Lines, Outputs, Sample
 

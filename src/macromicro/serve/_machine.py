@@ -32,8 +32,7 @@ class View(NamedTuple):
     micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
     position: Annotated[float, Quantity("mm", "absolute position of the whole system", scale=1e3)]
     uncertainty: Annotated[
-        float,
-        Quantity("um", "half width of the interval that holds this position", scale=1e6),
+        float, Quantity("um", "half width of the interval that holds this position", scale=1e6)
     ]
     trusted: Annotated[float, Quantity("1", "is the position known since homing? 0 or 1", "i1")]
     offset: float  # encoder counts at coordinate 0
@@ -70,9 +69,7 @@ def stage_columns(name: str) -> tuple[Column, ...]:
         Column(f"{name}_motor", "V", f"effort {of}"),
         Column(f"{name}_position", "mm", f"position {of}"),
         Column(
-            f"{name}_uncertainty",
-            "um",
-            f"half width of the interval that holds the position {of}",
+            f"{name}_uncertainty", "um", f"half width of the interval that holds the position {of}"
         ),
     )
 

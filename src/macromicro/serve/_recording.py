@@ -128,10 +128,7 @@ class Recordings:
     """Begins and ends recordings; thread-safe. `attributes` go into each file."""
 
     def __init__(
-        self,
-        connection: LoopConnection,
-        settings: AnySettings,
-        attributes: Mapping[str, Attribute],
+        self, connection: LoopConnection, settings: AnySettings, attributes: Mapping[str, Attribute]
     ) -> None:
         self._connection, self._settings, self._attributes = connection, settings.serve, attributes
         self._machine, self._means = settings, Means(settings.telemetry, settings.period)

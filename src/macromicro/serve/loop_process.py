@@ -150,13 +150,7 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
     return CompiledTwin(plant, seed, state=state)
 
 
-def drive(
-    spec: Spec,
-    opened: Opened,
-    session: Session,
-    shared: Shared,
-    outbox: Outbox,
-) -> int:
+def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: Outbox) -> int:
     """Loop until ordered to end and return the exit status; the rig is always stopped."""
     rig = opened.guarded(session)
     timed = bool(getattr(opened.rig, "timed", False))

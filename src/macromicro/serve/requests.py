@@ -151,10 +151,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "MOVE:POINt:RELative",
         "Move all stages of a machine of several by distances on a straight line, each from the "
         "target that it holds, else from its position.",
-        (
-            Field("x", "m", -10.0, 10.0, key="x"),
-            Field("y", "m", -10.0, 10.0, key="y"),
-        ),
+        (Field("x", "m", -10.0, 10.0, key="x"), Field("y", "m", -10.0, 10.0, key="y")),
         motion="move by",
     ),
     RequestType(
@@ -174,10 +171,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "MOVE:{stage}:RELative",
         "Move the {stage} of a machine of several stages alone by a distance from the target that "
         "it holds, else from its position.",
-        (
-            Field("axis", key="axis", choices=m.AXES),
-            Field("distance", "m", -10.0, 10.0),
-        ),
+        (Field("axis", key="axis", choices=m.AXES), Field("distance", "m", -10.0, 10.0)),
         motion="move axis by",
     ),
     RequestType(
@@ -232,11 +226,7 @@ REQUESTS: tuple[RequestType, ...] = (
         effect=ENDS,
     ),
     RequestType(
-        "home",
-        m.Home,
-        "HOME",
-        "Find the low end stop and set the position.",
-        motion="homing",
+        "home", m.Home, "HOME", "Find the low end stop and set the position.", motion="homing"
     ),
     RequestType("zero", m.Zero, "ZERO", "Set the laser and the relative reading to zero."),
     RequestType(

@@ -25,15 +25,7 @@ from macromicro.serve.link import Outbox
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import (
-    EMERGENCY,
-    POINT,
-    SAFE_SINCE,
-    SEEN,
-    Shared,
-    Vitals,
-    telemetry,
-)
+from macromicro.serve.shared import EMERGENCY, POINT, SAFE_SINCE, SEEN, Shared, Vitals, telemetry
 from macromicro.types import SAFE, Command, Sample
 
 PERIODS = 5  # without a value that count as silence

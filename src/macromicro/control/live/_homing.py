@@ -145,11 +145,7 @@ def _back(
             survey=survey.homed(p.settings.edges, s.survey, offset),
         )
         s = s._replace(seen=s.seen._replace(position=position(p, s)))
-        found = {
-            "offset_raw_counts": offset,
-            "stop_raw_counts": work.stop,
-            "shift_counts": shift,
-        }
+        found = {"offset_raw_counts": offset, "stop_raw_counts": work.stop, "shift_counts": shift}
         trust = t.reported(s, "trust", "homed", {"trusted": True, **found})
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.HOMED), found)
         return s, Efforts(notices=(trust, *notices))

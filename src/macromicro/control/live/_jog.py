@@ -12,15 +12,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live._effort import Efforts, fine_efforts, lead_carriage, limited, observe
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import (
-    EMPTY,
-    NOWHERE,
-    Jogged,
-    LiveState,
-    Motion,
-    Settle,
-    driven,
-)
+from macromicro.control.live.state import EMPTY, NOWHERE, Jogged, LiveState, Motion, Settle, driven
 from macromicro.types import Sample
 
 

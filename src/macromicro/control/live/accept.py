@@ -12,14 +12,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import (
-    NOWHERE,
-    Followed,
-    Jogged,
-    LiveState,
-    Motion,
-    carriage,
-)
+from macromicro.control.live.state import NOWHERE, Followed, Jogged, LiveState, Motion, carriage
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
 

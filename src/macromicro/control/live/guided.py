@@ -276,9 +276,4 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
     return s, g, ()
 
 
-WORKS: dict[type, Work] = {
-    Approach: follow,
-    Braking: slow_down,
-    Jogged: jog,
-    Search: _home,
-}
+WORKS: dict[type, Work] = {Approach: follow, Braking: slow_down, Jogged: jog, Search: _home}

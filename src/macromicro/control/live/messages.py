@@ -8,17 +8,7 @@ from typing import Any, NamedTuple
 from macromicro.control.live import parameters
 from macromicro.control.live.parameters import SoftLimits
 
-(
-    DISABLED,
-    HOMING,
-    READY,
-    MOVING_MACRO,
-    SETTLING,
-    MOVING_MICRO,
-    HOLDING,
-    FAULT,
-    STOPPED,
-) = range(9)
+(DISABLED, HOMING, READY, MOVING_MACRO, SETTLING, MOVING_MICRO, HOLDING, FAULT, STOPPED) = range(9)
 MODES = (
     "disabled",
     "homing",

@@ -48,11 +48,7 @@ class GcsConnection(Connection[list[str]]):
     """Executes lines one after the other; stops as soon as they are read."""
 
     def __init__(
-        self,
-        session: Session,
-        monitor: SocketMonitor,
-        writer: asyncio.StreamWriter,
-        bounds: Bounds,
+        self, session: Session, monitor: SocketMonitor, writer: asyncio.StreamWriter, bounds: Bounds
     ) -> None:
         self.session = session
         super().__init__(self.session, GRAMMAR, monitor, writer, bounds)

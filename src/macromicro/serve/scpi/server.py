@@ -100,11 +100,7 @@ class ScpiConnection(Connection[_Rest]):
     """Executes messages in order; stops at a message's beginning as soon as they are read."""
 
     def __init__(
-        self,
-        session: Session,
-        monitor: SocketMonitor,
-        writer: asyncio.StreamWriter,
-        bounds: Bounds,
+        self, session: Session, monitor: SocketMonitor, writer: asyncio.StreamWriter, bounds: Bounds
     ) -> None:
         self.session = session
         super().__init__(self.session, GRAMMAR, monitor, writer, bounds)

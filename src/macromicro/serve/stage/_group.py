@@ -12,14 +12,7 @@ from macromicro.control.live import alone
 from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.leading import Course
-from macromicro.control.live.messages import (
-    Accepted,
-    Event,
-    Finished,
-    Notice,
-    Refused,
-    Reply,
-)
+from macromicro.control.live.messages import Accepted, Event, Finished, Notice, Refused, Reply
 from macromicro.control.live.plain import among, listed, shown
 from macromicro.control.live.state import Braking, LiveState, Played
 from macromicro.machines.sequence import Plan
