@@ -135,14 +135,14 @@ def test_row_and_status_are_of_one_instant() -> None:
 
 
 def test_a_set_point_has_room_for_every_stage() -> None:
-    """It lies between the status and the histograms, and touches neither."""
+    """It lies between the status and the ring, and touches neither."""
     names = tuple("abcdefghijkl")
     memory = Shared.create(100, published((LENGTH,) * len(names), names))
     point = tuple((float(k), -1.0 - k) for k in range(len(names)))
     before = memory.status()
     memory.set_point(point, 17)
     assert memory.point(2) == (point, 17) and memory.point(1) is None
-    assert memory.status() == before and not memory.histograms.any()
+    assert memory.status() == before and not memory.ring.any()
 
 
 def test_another_process_knows_the_columns_of_a_users_law(monkeypatch: pytest.MonkeyPatch) -> None:

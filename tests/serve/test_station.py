@@ -188,10 +188,6 @@ def test_events_and_telemetry_come_once(running: Running) -> None:
     until(lambda: machine.telemetry(row)[1].shape[1] > 20)
     _, more, _ = machine.telemetry(row)
     t = list(names).index("t")
-    late, work = machine.timing()
-    later = machine.timing()  # the loop goes on between two readings
-    assert late.sum() <= later[1].sum() + 1 and work.sum() <= later[0].sum() + 1
-    assert 20 < late.sum() <= machine.snapshot().pace.periods
     assert more[t, 0] - block[t, -1] == pytest.approx(1e-3, abs=1e-9)
 
 

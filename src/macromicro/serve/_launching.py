@@ -39,7 +39,7 @@ class Child(NamedTuple):
 
     process: subprocess.Popen[bytes]
     end: socket.socket
-    privileges: Any
+    realtime: str  # what the system has granted it
     channels: tuple[str, ...]
 
 

@@ -103,7 +103,7 @@ class LoopConnection:
         lock.write(f"process {os.getpid()}, its loop is process {child.process.pid}")
         self.trouble, self.trust = None, "not known yet"
         self._leaving, self._left, self._how, self.switched_off = False, None, "", False
-        self.realtime, self.stages = child.privileges.words, alone.stages(child.channels)
+        self.realtime, self.stages = child.realtime, alone.stages(child.channels)
         self.channels = tuple(child.channels)
         self._lock, self._child, self.shared = lock, child, shared
         self._store = PositionStore(

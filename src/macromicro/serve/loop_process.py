@@ -158,7 +158,7 @@ def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: 
     serve, period = settings.serve, settings.period
     loop = Loop(rig, opened.machine, shared, outbox, serve, period, opened.paced, timed)
     _die_with(spec.parent, loop, serve.loop_timeout)
-    privileges = _pacing.prepare(serve)
+    granted = _pacing.prepare(serve)
     shared.ring[:] = 0.0  # every page is there before the first period
     gc.collect()
     gc.freeze()
@@ -166,7 +166,7 @@ def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: 
     signal.signal(signal.SIGTERM, _interrupted)  # what comes behind leaving the rig, too
     try:
         with rig:
-            outbox.send(("ready", privileges, tuple(session.channels)))
+            outbox.send(("ready", granted, tuple(session.channels)))
             try:
                 known = settings.kept_as(spec.rig)
                 ending = loop.run(spec.kept, known, opened.witness)

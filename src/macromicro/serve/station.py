@@ -29,7 +29,6 @@ from macromicro.serve._trail import Trail
 from macromicro.serve.capturing import Captures
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import BINS
 from macromicro.serve.snapshot import RecordingState, Snapshot
 
 REST_S = 5.0  # longest wait for rest at the end
@@ -143,12 +142,6 @@ class Station:
             return -1, np.empty((len(names), 0)), names
         _, count, block = shared.since(since + 1)
         return count - 1, block, names
-
-    def timing(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Histograms of lateness and computing time: int64[bins] of 1 us, the last one open."""
-        shared = self._connection.shared
-        counts = np.zeros((2, BINS), np.int64) if shared is None else shared.histograms.copy()
-        return counts[0], counts[1]
 
     def events(self, since: int = -1) -> tuple[int, list[Event]]:
         """Events after number `since`: (number of the last one, events)."""

@@ -77,7 +77,7 @@ class Loop:
         paced: bool,
         timed: bool = False,
     ) -> None:
-        self.pacer = Pacer(dt, round(settings.miss_window / dt), shared.histograms)
+        self.pacer = Pacer(dt, round(settings.miss_window / dt))
         self.orphaned = False  # set by a signal handler when the serving process dies
         self._rig, self._machine = rig, machine
         self._shared, self._cells = shared, shared.cells
@@ -306,8 +306,8 @@ class Loop:
             pacer.periods,
             pacer.missed,
             pacer.share,
-            pacer.lateness.largest,
-            pacer.work.largest,
+            pacer.latest,
+            pacer.longest,
             *self._fault,
             view.offset,
             *view.limits,
