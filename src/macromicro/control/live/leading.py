@@ -8,6 +8,9 @@ from sys import float_info
 from typing import NamedTuple
 
 from macromicro.control.arrival import TICK
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import LiveState
 from macromicro.motion import Segment, s_curve
 from macromicro.types import QUIET, Lines
 
@@ -126,6 +129,18 @@ class Guided(NamedTuple):
     stood_since: float = 0.0
     calm: bool = False  # whether it has been let go where it rests since its last motion
     later: tuple[Piece, ...] = ()  # as of `Course`
+
+
+Step = tuple[LiveState, Guided, tuple[Notice, ...]]
+
+
+class Period(NamedTuple):
+    """What is the same for whatever a stage does in a control period."""
+
+    p: LiveParameters
+    q: Guide
+    place: float  # of the stage, m, as the encoder has it
+    dt: float  # s
 
 
 def at(aim: Aim, h: float) -> Aim:
