@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from macromicro import __version__
-from macromicro.hysteresis.table import FodTable
 from macromicro.serve._background import in_thread
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Capacity
@@ -25,12 +24,10 @@ if TYPE_CHECKING:
 
 
 class Context:
-    def __init__(
-        self, station: Station, token: Token, folder: Path, table: FodTable | None, bounds: Bounds
-    ) -> None:
+    def __init__(self, station: Station, token: Token, folder: Path, bounds: Bounds) -> None:
         self.station, self.bounds = station, bounds
         self.instrument = Instrument(station, folder, token)
-        self.hub = Hub(self.instrument, table)
+        self.hub = Hub(self.instrument)
         self.capacity = Capacity(bounds.viewers, bounds.silent)
         self.sessions = Sessions(self.instrument, self.capacity)
         self.orders = Orders(self.instrument)

@@ -22,18 +22,13 @@ _CELLS = 30
 
 
 class Plane:
-    """`ambient` and `hottest` [degC] are the ends of the plane if there is no `table`."""
+    """The Preisach plane of the wires from `ambient` to `hottest` [degC]."""
 
-    def __init__(self, ambient: float, hottest: float, table: FodTable | None = None) -> None:
-        self._measured = table is not None
-        if table is None:
-            # Any density does: only the memory is read.
-            step = (hottest - ambient) / _CELLS
-            everywhere = from_density(
-                np.ones((_CELLS, _CELLS)) * _TRIANGLE, ambient, step, _CELLS + 1
-            )
-            table = FodTable.from_everett(everywhere)
-        self.model = Preisach(table)
+    def __init__(self, ambient: float, hottest: float) -> None:
+        # Any density does: only the memory is read.
+        density = np.tril(np.ones((_CELLS, _CELLS)))
+        everywhere = from_density(density, ambient, (hottest - ambient) / _CELLS, _CELLS + 1)
+        self.model = Preisach(FodTable.from_everett(everywhere))
 
     def feed(self, temperature: NDArray[np.float64]) -> None:
         """Follow the temperatures [degC], float64[rows]; NaN is skipped."""
@@ -51,7 +46,7 @@ class Plane:
         self.model.reset()
 
     def words(self) -> dict[str, Any]:
-        """Extent and input [degC], corners (M, m) [degC], contraction [mm] or None."""
+        """Extent and input [degC], and corners (M, m) [degC]."""
         model = self.model
         corners = [
             [round(top, 2), round(low, 2)]
@@ -63,11 +58,8 @@ class Plane:
             "high": model.table.hi,
             "u": round(model.u, 2),
             "corners": corners,
-            "contraction": round(model.f, 4) if self._measured else None,
+            "contraction": None,  # nothing measured says how long the wires are
         }
-
-
-_TRIANGLE = np.tril(np.ones((_CELLS, _CELLS)))
 
 
 KEPT = 400  # events and ends of motions kept for late viewers
@@ -76,7 +68,7 @@ KEPT = 400  # events and ends of motions kept for late viewers
 class Hub:
     """State, news, gains and the Preisach plane; `look` updates them."""
 
-    def __init__(self, instrument: Instrument, table: FodTable | None = None) -> None:
+    def __init__(self, instrument: Instrument) -> None:
         self._instrument, self.station = instrument, instrument.station
         self.settings = instrument.settings
         self.control: Any = self.settings.controller
@@ -84,7 +76,7 @@ class Hub:
         self.state = "{}"
         self.turn = 0
         limits = self.settings.guard
-        self._plane = Plane(limits.ambient, limits.hottest, table)
+        self._plane = Plane(limits.ambient, limits.hottest)
         self._row, self._clock = -1, -math.inf
         self._seen, self._newest, self._motion = -1, 0, 1
         self._time = math.nan

@@ -18,7 +18,6 @@ from macromicro.serve.listening import Listener, check_port, refused
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
 
-    from macromicro.hysteresis.table import FodTable
     from macromicro.serve.station import Station
     from macromicro.serve.web._context import Context
 
@@ -62,7 +61,6 @@ class WebServer(Listener):
         *,
         folder: Path = Path(),
         names: Sequence[str] = (),
-        table: FodTable | None = None,
         bounds: Bounds | None = None,
     ) -> None:
         from macromicro.serve.web._http import Gate
@@ -75,7 +73,7 @@ class WebServer(Listener):
         super().__init__("web", host, port)
         self._station = station
         self._gate = Gate([*names, host])
-        self._folder, self._table = folder, table
+        self._folder = folder
         self._context: Context | None = None
 
     @property
@@ -123,9 +121,7 @@ class WebServer(Listener):
 
         if not self._station.started:
             return
-        context = self._context or Context(
-            self._station, self._token, self._folder, self._table, self._bounds
-        )
+        context = self._context or Context(self._station, self._token, self._folder, self._bounds)
         await context.look()
         context.sessions.tidy()
         self._context = context
