@@ -18,7 +18,7 @@ from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Capacity, Client, Entry, Waiting
-from macromicro.serve.guesses import TRIES, Token
+from macromicro.serve.hosts import TRIES, Token
 from macromicro.serve.listening import Listener
 from macromicro.serve.requests import KINDS, OVERTAKEN, STOPS
 

@@ -15,7 +15,7 @@ from line_protocol import CLIENTS, WAITING, LineServer
 from macromicro.control.live import messages as m
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Client, Entry, Waiting
-from macromicro.serve.guesses import TRIES
+from macromicro.serve.hosts import TRIES
 from macromicro.serve.requests import OVERTAKEN
 from tests.waiting import until
 

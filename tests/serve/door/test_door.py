@@ -21,7 +21,7 @@ from tests.waiting import until
 
 from macromicro.serve.door import _connection
 from macromicro.serve.door._connection import Bounds
-from macromicro.serve.epics import _circuits
+from macromicro.serve.epics import _channels
 from macromicro.serve.epics.server import EpicsServer
 from macromicro.serve.gcs import GcsServer
 from macromicro.serve.gcs.server import BOUNDS
@@ -370,7 +370,7 @@ def test_the_system_asks_whether_a_circuit_lives(records: EpicsServer) -> None:
 
 def test_circuits_are_counted(records: EpicsServer) -> None:
     """Those beyond the count are closed at once; the ones before go on."""
-    held = [answered(records) for _ in range(_circuits.MOST)]
+    held = [answered(records) for _ in range(_channels.MOST)]
     with socket.create_connection(records.address, 10.0) as client:
         assert ends(client)
     held[0].sendall(ECHO)

@@ -11,7 +11,7 @@ import pytest
 from fake_station import FakeStation
 
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.guesses import Token
+from macromicro.serve.hosts import Token
 from macromicro.serve.scpi import Server
 from macromicro.serve.scpi._message import parse
 from macromicro.serve.scpi._session import Session

@@ -18,8 +18,7 @@ from tests.waiting import until
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
 from macromicro.serve.door import _connection
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import is_loopback
+from macromicro.serve.hosts import Token, is_loopback
 from macromicro.serve.scpi import Bounds, Server
 
 from .client import WAIT, Client

@@ -13,7 +13,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Client, Entry, Waiting
 from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
-from macromicro.serve.guesses import TRIES
+from macromicro.serve.hosts import TRIES
 
 HERE, CLOSED, RESET = range(3)
 _LIMIT = 64 * 1024

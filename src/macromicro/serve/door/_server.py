@@ -9,8 +9,7 @@ from typing import Any
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Capacity, Client
 from macromicro.serve.door._connection import Bounds, Connection, SocketMonitor
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import guarded
+from macromicro.serve.hosts import Token, guarded
 from macromicro.serve.listening import Listener, check_port, refused
 
 BEAT = 0.1

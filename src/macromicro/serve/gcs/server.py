@@ -14,8 +14,7 @@ from macromicro.serve.gcs import _errors
 from macromicro.serve.gcs._commands import COMMANDS, Call
 from macromicro.serve.gcs._errors import GcsError
 from macromicro.serve.gcs._session import Session
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import HOST
+from macromicro.serve.hosts import HOST, Token
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station

@@ -14,8 +14,7 @@ from macromicro.serve.client import Entry
 from macromicro.serve.door import _server as door
 from macromicro.serve.door._connection import Bounds, Connection, SocketMonitor
 from macromicro.serve.door._first_line import Grammar
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import HOST
+from macromicro.serve.hosts import HOST, Token
 from macromicro.serve.hosts import SCPI_PORT as PORT
 from macromicro.serve.requests import CONTROL, EVERYONE, STOPS
 from macromicro.serve.scpi._intake import Intake

@@ -16,10 +16,10 @@ from macromicro.schema.text import plain
 from macromicro.serve import client
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Entry, Waiting
-from macromicro.serve.guesses import WRONG
+from macromicro.serve.hosts import WRONG
 from macromicro.serve.requests import OVERTAKEN, POINTS
-from macromicro.serve.web._context import Context
 from macromicro.serve.web._handler import OrderHandler
+from macromicro.serve.web._hub import Context
 from macromicro.serve.web._orders import Refusal, read, surplus
 from macromicro.serve.web._sessions import Session
 from macromicro.serve.web._streaming import Stream

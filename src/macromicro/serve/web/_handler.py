@@ -14,7 +14,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.schema.text import plain
 from macromicro.serve.client import Entry
-from macromicro.serve.web._context import Context
+from macromicro.serve.web._hub import Context
 from macromicro.serve.web._orders import Refusal, number, text
 from macromicro.serve.web._sessions import Session
 from macromicro.serve.web.bins import PIECE, PIECE_KIND

@@ -11,7 +11,7 @@ from websockets.exceptions import ConnectionClosed
 
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.serve.web import bins
-from macromicro.serve.web._context import Context
+from macromicro.serve.web._hub import Context
 from macromicro.serve.web._orders import Refusal, number
 
 Send = Callable[[str | bytes], Awaitable[None]]

@@ -10,8 +10,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.serve.door._connection import prepare
-from macromicro.serve.guesses import Guesses, Token
-from macromicro.serve.hosts import HOST, STARTING, guarded, is_loopback, url
+from macromicro.serve.hosts import HOST, STARTING, Guesses, Token, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.listening import Listener, check_port, refused
 
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
 
     from macromicro.serve.station import Station
-    from macromicro.serve.web._context import Context
+    from macromicro.serve.web._hub import Context
 
 
 class Bounds(NamedTuple):
@@ -117,7 +116,7 @@ class WebServer(Listener):
 
     async def _look(self) -> None:
         """Update what all viewers see, once the station has started."""
-        from macromicro.serve.web._context import Context
+        from macromicro.serve.web._hub import Context
 
         if not self._station.started:
             return
