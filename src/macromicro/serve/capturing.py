@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from macromicro.columns import Column
 from macromicro.control.live.messages import LIMIT, Finished
 from macromicro.errors import InputError, ProblemError
 from macromicro.schema.par import finite
-from macromicro.serve.shared import ROWS, WRITTEN
+from macromicro.serve.shared import ROWS, WRITTEN, Shared
 
 if TYPE_CHECKING:
     from macromicro.serve._loop_connection import LoopConnection
@@ -64,12 +64,6 @@ class Captured(NamedTuple):
     units: tuple[str, ...]
     time: float  # of the trigger by the machine, s
     values: Array  # shape (names, rows)
-
-
-class Rows(Protocol):
-    """The ring of telemetry."""
-
-    def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]: ...
 
 
 Ends = Callable[[int], Finished | None]
@@ -123,7 +117,7 @@ class Capture:
         self._seen, self._last = count, np.full(len(columns), math.nan)
         self._at = 0  # number of the trigger's row
 
-    def look(self, ring: Rows, ends: Ends) -> None:
+    def look(self, ring: Shared, ends: Ends) -> None:
         """Look at every row that has come since."""
         if self.state == COMPLETE:
             return
@@ -143,7 +137,7 @@ class Capture:
             self.state, self._at = TRIGGERED, first + found
         self._fetch(ring)
 
-    def _fetch(self, ring: Rows) -> None:
+    def _fetch(self, ring: Shared) -> None:
         first = max(self._at - self._before, 0)
         _, count, block = ring.since(first)
         if count <= self._at + self._after and count >= self._at:

@@ -30,7 +30,7 @@ _FULL = Refused("too many orders wait", "wait for replies")
 
 
 class PageConnection:
-    """A WebSocket from its hello to its end; `sessions.Attached` and a `capacity.Member`."""
+    """A WebSocket from its hello to its end."""
 
     def __init__(self, context: Context, socket: ServerConnection) -> None:
         self._context, self._socket = context, socket
