@@ -16,7 +16,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware hex firmware-arm maker trial lint format dist quick bench bench-peers bench-identify soak matrix mutants docs beyond notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm wine firmware hex firmware-arm maker trial lint format dist quick bench bench-peers bench-identify soak matrix mutants docs beyond notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -46,45 +46,33 @@ test-slow: $(VENV)/.dev ## run the slow tests alone
 test-all: $(VENV)/.dev ## run the tests, slow ones too, and print the coverage
 	$(PYTEST) -n $(WORKERS) --cov
 
+# $(call debian,CHECK,PACKAGES): Debian's packages, unless a command says that they are here.
+define debian
+@{ $(1); } >/dev/null 2>&1 && exit 0; \
+command -v apt-get >/dev/null || { echo "no apt-get here: install $(2) yourself"; exit 1; }; \
+if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
+[ -z "$$root" ] || command -v sudo >/dev/null || { echo "run make $@ as root"; exit 1; }; \
+$$root apt-get update -qq && $$root env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y -qq --no-install-recommends $(2)
+endef
+
 # Chromium travels with its libraries, so only the system's packages can bring it.
 browser: ## install Debian's chromium for the browser tests
-	@if command -v chromium && command -v chromedriver; then exit 0; fi >/dev/null; \
-	command -v apt-get >/dev/null || { \
-	  echo "no apt-get here: install Chromium and its chromedriver yourself"; exit 1; }; \
-	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
-	[ -z "$$root" ] || command -v sudo >/dev/null || { \
-	  echo "run as root: apt-get install chromium chromium-driver"; exit 1; }; \
-	$$root apt-get update -qq && \
-	$$root env DEBIAN_FRONTEND=noninteractive \
-	  apt-get install -y -qq --no-install-recommends chromium chromium-driver
+	$(call debian,command -v chromium && command -v chromedriver,chromium chromium-driver)
 
 compiler: ## install Debian's C compiler, for exported code and FMUs
-	@if command -v cc >/dev/null; then exit 0; fi; \
-	command -v apt-get >/dev/null || { echo "no apt-get here: install a C compiler yourself"; exit 1; }; \
-	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
-	$$root apt-get update -qq && \
-	$$root env DEBIAN_FRONTEND=noninteractive \
-	  apt-get install -y -qq --no-install-recommends gcc libc6-dev
+	$(call debian,command -v cc,gcc libc6-dev)
 
-# The compiler of the microcontroller, and a simulator of it for the tests.
-AVR := gcc-avr avr-libc binutils-avr simavr libsimavr-dev libelf-dev
 avr: ## install Debian's compiler and simulator of AVR microcontrollers, for the firmware
-	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ] && \
-	  [ -e /usr/include/libelf.h ]; then exit 0; fi; \
-	command -v apt-get >/dev/null || { echo "no apt-get here: install $(AVR) yourself"; exit 1; }; \
-	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
-	$$root apt-get update -qq && \
-	$$root env DEBIAN_FRONTEND=noninteractive \
-	  apt-get install -y -qq --no-install-recommends $(AVR)
+	$(call debian,command -v avr-gcc && cat /usr/include/simavr/sim_avr.h /usr/include/libelf.h,gcc-avr \
+	  avr-libc binutils-avr simavr libsimavr-dev libelf-dev)
 
-ARM := gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 arm: ## install Debian's compiler and simulator of a Cortex-M, for the firmware's proof on it
-	@if command -v arm-none-eabi-gcc && command -v qemu-system-arm; then exit 0; fi >/dev/null; \
-	command -v apt-get >/dev/null || { echo "no apt-get here: install $(ARM) yourself"; exit 1; }; \
-	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
-	$$root apt-get update -qq && \
-	$$root env DEBIAN_FRONTEND=noninteractive \
-	  apt-get install -y -qq --no-install-recommends $(ARM)
+	$(call debian,command -v arm-none-eabi-gcc && command -v qemu-system-arm,gcc-arm-none-eabi \
+	  libnewlib-arm-none-eabi qemu-system-arm)
+
+wine: ## install Debian's Wine, which loads the libraries that are built for Windows
+	$(call debian,command -v wine,wine wine64)
 
 firmware: $(VENV)/.core ## build the firmware of the boards, in build/firmware
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware

@@ -14,6 +14,7 @@ from macromicro.serve import choosing
 from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve._machine import Opened
 from macromicro.serve.loop_process import open_machine
+from macromicro.serve.stage.settings import StageSettings
 
 _EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
 _SWITCHED = '\n[switches]\nlimits = "both"\nhome = "below"\n\n[homing]\non = "home"\n'
@@ -63,6 +64,11 @@ class Made(NamedTuple):
         from faulty.stage import MACHINE
 
         return {faulty.BOARD: str(self.board), MACHINE: str(self.file)}
+
+    @property
+    def led(self) -> bool:
+        """Whether a law holds it when it is ready, as all but the two-stage machine."""
+        return isinstance(self.settings, StageSettings)
 
     def faults(self) -> tuple[str, ...]:
         """The faults that its rig can have."""

@@ -9,7 +9,6 @@ import signal
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable
 from pathlib import Path
 
 import faulty
@@ -17,7 +16,6 @@ from faultmatrix.subjects import SUBJECTS
 from soak import table
 from soak.campaign import Campaign, Round
 from soak.finale import finale
-from soak.rounds import Rounds
 from soak.victim import Victim
 
 KINDS, EACH = tuple(SUBJECTS), "each"
@@ -45,7 +43,6 @@ def main() -> int:
         with tempfile.TemporaryDirectory(prefix="macromicro-soak-") as folder:
             victim = Victim(Path(folder), given.seed, kind=kind)
             try:
-                soaked = _two_stage if kind == "two-stage" else _rounds
                 part, found = soaked(victim, given.seed, seconds)
             finally:
                 victim.end()
@@ -64,49 +61,26 @@ def main() -> int:
     return 1 if complaints else 0
 
 
-def _rounds(victim: Victim, seed: int, seconds: float) -> tuple[str, list[str]]:
-    """A machine of one stage, or of two axes: its part of the table, and the complaints."""
-    victim.start()
-    rounds = Rounds(victim, seed)
-    ended = _guarded(victim, lambda: rounds.run(seconds))
-    complaints = [*rounds.complaints, *ended, *_illegal(victim)]
-    return table.of_kind(rounds, complaints), complaints
-
-
-def _two_stage(victim: Victim, seed: int, seconds: float) -> tuple[str, list[str]]:
-    """The two-stage machine, its server killed at the end: as `_rounds`."""
+def soaked(victim: Victim, seed: int, seconds: float) -> tuple[str, list[str]]:
+    """A machine's part of the table, and what nothing explains."""
     victim.start()
     campaign = Campaign(victim, seed)
     rounds: list[Round] = []
-    found: list[str] = []
-
-    def soak() -> None:
-        campaign.run(seconds)
-        campaign.finish()
-        made, complaints = finale(victim, seed)
-        rounds.extend(made)
-        found.extend(complaints)
-
-    ended = _guarded(victim, soak)
-    complaints = [*campaign.complaints, *table.leaks(campaign.loads), *found, *ended]
-    complaints += _illegal(victim)
-    return table.two_stage(campaign, [*campaign.rounds, *rounds], complaints), complaints
-
-
-def _guarded(victim: Victim, soak: Callable[[], None]) -> list[str]:
-    """What ended it early: the table is worth most when something went wrong."""
+    complaints: list[str] = []
     try:
-        soak()
-    except Exception:
+        campaign.run(seconds)
+        if not victim.subject.led:
+            rounds, complaints = finale(victim, seed)
+    except Exception:  # the table is worth most when something went wrong
         traceback.print_exc()
-        said = [f"the server said: {victim.said()}"] if victim.said() else []
-        return [f"the soak ended with an error: {traceback.format_exc(limit=1).strip()}", *said]
-    return []
-
-
-def _illegal(victim: Victim) -> list[str]:
-    number = victim.cells[faulty.ILLEGAL]
-    return [f"{number:.0f} illegal outputs were written"] if number else []
+        error = traceback.format_exc(limit=1).strip()
+        complaints.append(f"the soak ended with an error: {error}")
+        if words := victim.said():
+            complaints.append(f"the server said: {words}")
+    complaints = [*campaign.complaints, *table.leaks(campaign.loads), *complaints]
+    if illegal := victim.cells[faulty.ILLEGAL]:
+        complaints.append(f"{illegal:.0f} illegal outputs were written")
+    return table.part(campaign, [*campaign.rounds, *rounds], complaints), complaints
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 import faulty
-from soak.faults import reset
+from soak.disturbing import reset
 from soak.victim import Client, Victim, until
 
 LINE = 64_000  # bytes, just below the longest line

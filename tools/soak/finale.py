@@ -10,7 +10,7 @@ from functools import partial
 
 import faulty
 from soak.campaign import Round
-from soak.faults import port_in_use
+from soak.disturbing import port_in_use
 from soak.judge import judge
 from soak.victim import Client, Victim, safe_after, until
 
@@ -23,7 +23,7 @@ def finale(victim: Victim, seed: int) -> tuple[list[Round], list[str]]:
     said = port_in_use(victim)
     if "in use" not in said:
         complaints.append(f"port in use: {said}")
-    rounds.append(Round("port in use", 0, math.nan, said, ""))
+    rounds.append(Round("port in use", "", 0, math.nan, said, ""))
     for name in (*["server killed"] * KILLS, "unplugged"):
         client = Client(victim.port)
         _move(client, victim)
@@ -38,7 +38,7 @@ def finale(victim: Victim, seed: int) -> tuple[list[Round], list[str]]:
         else:
             told, safe = "at the next start: a motion was interrupted, home first", victim.kill()
         client.close()
-        rounds.append(Round(name, 0, max(safe, 0.0), told, "lost"))
+        rounds.append(Round(name, "MOVE", 0, max(safe, 0.0), told, "lost"))
         complaints += _left(victim, name)
         if name != "unplugged":
             victim.start()

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from faultmatrix.table import replaced
-from faulty import FAULTS
 from macromicro.rig import faults
 from soak.campaign import Campaign, Round
-from soak.rounds import Rounds
+from soak.trials import NO_FAULT
 from soak.victim import Load
 
 BEGIN, END = "<!-- soak: begin -->", "<!-- soak: end -->"
@@ -27,54 +26,13 @@ def section(head: str, parts: Iterable[str]) -> str:
     return "\n".join([BEGIN, head, "", *parts]).rstrip() + "\n" + END + "\n"
 
 
-def two_stage(campaign: Campaign, rounds: list[Round], complaints: list[str]) -> str:
-    """The two-stage machine: the faults, then the checks, then what nothing explains."""
-    lines = ["**Two-stage**", "", *_faults(rounds), "", *_checks(campaign, complaints)]
-    return "\n".join([*lines, *_unexplained(complaints), ""])
-
-
-def of_kind(rounds: Rounds, complaints: list[str]) -> str:
-    """A machine of another kind: the faults, then the checks, then what nothing explains."""
-    lines = [f"**{rounds.victim.subject.name.capitalize()}**", ""]
-    lines += [
-        "| fault | injected | stopped as a fault | outcomes | reported |",
-        "|---|---|---|---|---|",
-    ]
-    for name in sorted({each.name for each in rounds.rounds}):
-        mine = [each for each in rounds.rounds if each.name == name]
-        ends = Counter(each.outcome for each in mine).most_common()
-        told = Counter(each.words for each in mine if each.words).most_common(1)
-        stopped = sum(each.code != 0 for each in mine)
-        outcomes = ", ".join(f"{n} {outcome}" for outcome, n in ends)
-        words = (told[0][0] if told else "nothing").replace("|", "/")[:110]
-        lines.append(
-            f"| {name}: {FAULTS[name].words} | {len(mine)} | {stopped} | {outcomes} | {words} |"
-        )
-    every = ", ".join(f"{n} {outcome}" for outcome, n in rounds.outcomes.most_common())
-    lines += [
-        "",
-        f"- Orders: {len(rounds.rounds)} beside {rounds.homings} homings: {every}. "
-        f"{rounds.checked} trusted positions were compared with the truth.",
-        *_unseen(rounds),
-        f"- Recorded: {rounds.rows} rows, outputs looked at in each. Stops because this computer "
-        f"was too busy: {rounds.busy}.",
-        f"- Unexplained: {len(complaints)}.",
-    ]
-    return "\n".join([*lines, *_unexplained(complaints), ""])
-
-
-def _unseen(rounds: Rounds) -> list[str]:
-    if not rounds.unseen:
-        return []
-    worst = max(rounds.unseen) * rounds.scale
-    return [
-        f"- An encoder that died as the stage came to rest, which one sensor cannot show: "
-        f"{len(rounds.unseen)} times, at most {worst:.3g} {rounds.unit.lower()} off."
-    ]
-
-
-def _unexplained(complaints: list[str]) -> list[str]:
-    return ["", *(f"- **unexplained**: {c}" for c in complaints)] if complaints else []
+def part(campaign: Campaign, rounds: Sequence[Round], complaints: list[str]) -> str:
+    """A machine: the faults, then the checks, then what nothing explains."""
+    lines = [f"**{campaign.victim.subject.name.capitalize()}**", "", *_faults(rounds), ""]
+    lines += [*_checks(campaign), f"- Unexplained: {len(complaints)}."]
+    if complaints:
+        lines += ["", *(f"- **unexplained**: {each}" for each in complaints)]
+    return "\n".join([*lines, ""])
 
 
 def write(path: Path, text: str) -> None:
@@ -82,17 +40,17 @@ def write(path: Path, text: str) -> None:
     replaced(path, text, BEGIN, END)
 
 
-def _faults(rounds: list[Round]) -> Iterable[str]:
+def _faults(rounds: Sequence[Round]) -> Iterable[str]:
     yield "| fault | injected | stopped | safe after, median [ms] | worst [ms] | reported |"
     yield "|---|---|---|---|---|---|"
-    for name in dict.fromkeys(r.name for r in rounds):
-        mine = [r for r in rounds if r.name == name]
-        times = sorted(1e3 * r.safe for r in mine if not math.isnan(r.safe))
+    for name in sorted({each.name for each in rounds} - {NO_FAULT.name}):
+        mine = [each for each in rounds if each.name == name]
+        times = sorted(1e3 * each.safe for each in mine if not math.isnan(each.safe))
         median = f"{statistics.median(times):.1f}" if times else "-"
         worst = f"{times[-1]:.1f}" if times else "-"
-        stopped = sum(r.code != 0 for r in mine)
-        told = Counter(r.told for r in mine if r.told).most_common(1)
-        words = (told[0][0] if told else "nothing").replace("|", "/")[:110]
+        stopped = sum(each.code != 0 for each in mine)
+        most = Counter(each.words for each in mine if each.words).most_common(1)
+        words = (most[0][0] if most else "nothing").replace("|", "/")[:110]
         words = _NAMES.get(words, words)
         yield f"| {name} | {len(mine)} | {stopped} | {median} | {worst} | {words} |"
 
@@ -129,29 +87,33 @@ def leaks(loads: list[tuple[float, Load]]) -> list[str]:
     return found
 
 
-def _checks(campaign: Campaign, complaints: list[str]) -> Iterable[str]:
+def _checks(campaign: Campaign) -> Iterable[str]:
     verdicts, loads = campaign.verdicts, campaign.loads
     server, loop, files, loop_files = growth(loads)
-    rows = sum(v.rows for v in verdicts)
     ends = ", ".join(f"{n} {outcome}" for outcome, n in campaign.outcomes.most_common())
-    last = loads[-1][1]
     yield (
-        f"- Motions: {sum(campaign.outcomes.values())} beside {campaign.homings} homings, each "
-        f"with one end: {ends}. {campaign.checked} that were done were compared with the bench's "
-        "truth."
+        f"- Orders: {sum(campaign.outcomes.values())} beside {campaign.homings} homings: {ends}. "
+        f"{campaign.checked} trusted positions were compared with the truth."
     )
+    if campaign.unseen:
+        worst = max(campaign.unseen) * campaign.scale
+        yield (
+            "- An encoder that died as the stage came to rest, which one sensor cannot show: "
+            f"{len(campaign.unseen)} times, at most {worst:.3g} {campaign.unit.lower()} off."
+        )
     yield (
-        f"- Recorded: {rows} rows, {sum(v.gaps for v in verdicts)} of them missing; outputs "
-        f"illegal in {sum(v.illegal for v in verdicts)}, not safe while a fault was latched or "
-        f"the machine was off in {sum(v.unsafe for v in verdicts)}."
+        f"- Recorded: {sum(v.rows for v in verdicts)} rows, {sum(v.gaps for v in verdicts)} of "
+        f"them missing; outputs illegal in {sum(v.illegal for v in verdicts)}, not safe while a "
+        f"fault was latched or the machine was off in {sum(v.unsafe for v in verdicts)}."
     )
     yield (
         f"- Control periods missed: {campaign.missed:.0f}; stops because this computer was too "
         f"busy, beside those with busy processes or a slow rig: {campaign.busy}."
     )
-    yield (
-        f"- Memory: server {last.memory / _MB:.1f} MB ({server:+.1f} MB since the warm-up), loop "
-        f"{last.loop_memory / _MB:.1f} MB ({loop:+.1f} MB); descriptors: server {last.files} "
-        f"({files:+d}), loop {last.loop_files} ({loop_files:+d})."
-    )
-    yield f"- Unexplained: {len(complaints)}."
+    if loads:
+        last = loads[-1][1]
+        yield (
+            f"- Memory: server {last.memory / _MB:.1f} MB ({server:+.1f} MB since the warm-up), "
+            f"loop {last.loop_memory / _MB:.1f} MB ({loop:+.1f} MB); descriptors: server "
+            f"{last.files} ({files:+d}), loop {last.loop_files} ({loop_files:+d})."
+        )

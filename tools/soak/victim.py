@@ -123,9 +123,10 @@ class Victim:
         return Load(*_use(self.pid), *_use(self.loop))
 
 
-def safe_after(victim: Victim) -> float:
-    """Seconds from the fault's first sample to outputs that have been safe since."""
-    return max(float(victim.cells[faulty.SAFE_NS] - victim.cells[faulty.ONSET_NS]) * 1e-9, 0.0)
+def safe_after(victim: Victim, since: float = 0.0) -> float:
+    """Seconds from a time [ns], or the fault's first sample, to outputs that stay safe."""
+    began = since or float(victim.cells[faulty.ONSET_NS])
+    return max(float(victim.cells[faulty.SAFE_NS] - began) * 1e-9, 0.0)
 
 
 def until(true: Callable[[], Any], patience: float = 30.0) -> Any:

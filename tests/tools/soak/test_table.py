@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -31,22 +32,26 @@ def test_what_grows_is_a_leak_and_what_stands_is_none() -> None:
 
 
 def campaign(**rest: Any) -> Any:
-    given = {"verdicts": [], "loads": loads(0.0), "outcomes": {}, "homings": 0, "checked": 0,
-             "missed": 0.0, "busy": 0, **rest}  # fmt: skip
-    from collections import Counter
-
-    return SimpleNamespace(**{**given, "outcomes": Counter(given["outcomes"])})
+    subject = SimpleNamespace(name="slide")
+    given = {"verdicts": [], "loads": loads(0.0), "outcomes": Counter(), "homings": 0, "checked": 0,
+             "missed": 0.0, "busy": 0, "unseen": [], "scale": 1e3, "unit": "MM",
+             "victim": SimpleNamespace(subject=subject)}  # fmt: skip
+    return SimpleNamespace(**{**given, **rest})
 
 
 def test_a_row_for_each_fault_and_a_line_for_what_is_unexplained() -> None:
     rounds = [
-        Round("encoder-jump", 11, 0.0, "It jumped.", "fault"),
-        Round("encoder-jump", 11, 0.002, "It jumped.", "fault"),
-        Round("laser-lost", 0, math.nan, "", "done"),
+        Round("encoder-jump", "MOVE", 11, 0.0, "It jumped.", "fault"),
+        Round("encoder-jump", "MOVE", 11, 0.002, "It jumped.", "fault"),
+        Round("laser-lost", "MOVE", 0, math.nan, "", "done"),
+        Round("none", "MOVE", 0, math.nan, "", "done"),
     ]
-    text = table.section("Head.", [table.two_stage(campaign(), rounds, ["a surprise"])])
+    part = table.part(campaign(unseen=[0.007]), rounds, ["a surprise"])
+    text = table.section("Head.", [part])
+    assert "**Slide**" in text
     assert "| encoder-jump | 2 | 2 | 1.0 | 2.0 | It jumped. |" in text
-    assert "| 1 | 0 | - | - | nothing |" in text
+    assert "| 1 | 0 | - | - | nothing |" in text and "| none |" not in text
+    assert "1 times, at most 7 mm off" in text
     assert "- Unexplained: 1." in text and "- **unexplained**: a surprise" in text
 
 

@@ -101,7 +101,7 @@ def _micro(
         window = observe(q.fine, work.settle.window, sample.hall, goal - s.seen.fine, dt)
         work = work._replace(settle=Settle(entered, s.seen.encoder, window))
         found = {"error_mm": window.mean * 1e3, **following.facts(work)}
-        if window.held >= q.fine.dwell - TICK and window.number == 0:
+        if window.held >= q.fine.dwell - TICK:
             s, notices = t.conclude(p, s, m.HOLDING, (m.DONE, t.ON_TARGET), found)
             return s, efforts._replace(notices=notices)
         if s.time - entered >= q.fine.patience - TICK:

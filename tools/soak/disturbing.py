@@ -1,4 +1,4 @@
-"""What the soak does to the machine, and which faults may come of it."""
+"""What the soak does around a machine: clients, disk, processor, port."""
 
 from __future__ import annotations
 
@@ -11,66 +11,13 @@ import struct
 import subprocess
 import time
 from collections.abc import Iterator
-from typing import NamedTuple
 
-import faulty
-from macromicro.rig import codes
-from macromicro.serve import faults
 from soak.victim import Client, Victim
 
-_HALL = (codes.HALL_RANGE, codes.HALL_NOISY, codes.MICRO_LOST)
-_DRIVE = (codes.STUCK, codes.MACRO_LOST)
-_WIRE = (codes.NO_MOTION, codes.TOO_HOT, codes.MICRO_LOST)
-
-
-class Trial(NamedTuple):
-    """A fault of the bench, or of what is around it. `stage`: the motion that it is to meet
-    ("macro", "micro"); `codes` that it may raise; `sure`: must one of them come?"""
-
-    name: str
-    stage: str
-    codes: tuple[int, ...]
-    sure: bool = True
-
-
-BENCH = (
-    # The laser tells of these, too; whichever finds them first.
-    Trial("encoder-frozen", "macro", (*_DRIVE, faults.LOST_COUNTS)),
-    Trial(
-        "encoder-reversed",
-        "macro",
-        (codes.MACRO_LOST, codes.ENCODER_AGAINST, codes.STUCK, faults.LOST_COUNTS),
-    ),
-    # What is left of a move may be too short for two counts to be lost.
-    Trial("encoder-skipping", "macro", (*_DRIVE, faults.LOST_COUNTS), False),
-    Trial("encoder-jump", "macro", (codes.ENCODER_JUMP,)),
-    Trial("encoder-silent", "macro", (codes.ENCODER_SILENT,)),
-    Trial("hall-stuck", "micro", (codes.HALL_FROZEN, *_WIRE)),
-    Trial("hall-range", "micro", _HALL),
-    Trial("hall-low", "micro", _HALL),
-    Trial("hall-noisy", "micro", (codes.HALL_NOISY,)),
-    Trial("hall-silent", "micro", (codes.HALL_SILENT,)),
-    Trial("laser-lost", "micro", (), False),
-    Trial("wire-broken", "micro", _WIRE),
-    Trial("motor-dead", "macro", _DRIVE),
-    Trial("fan-lost", "micro", (), False),
-    Trial("carriage-stuck", "macro", _DRIVE),
-    Trial("clock-ahead", "macro", (codes.CLOCK,)),
-    Trial("clock-back", "micro", (codes.CLOCK,)),
-    # With its end the clock jumps as well.
-    Trial("clock-stands", "macro", (codes.CLOCK_STANDS, codes.CLOCK)),
-    Trial("clock-none", "micro", (codes.CLOCK_STANDS, codes.CLOCK)),
-    Trial("slow", "macro", (faults.LATE,)),
-)
-AROUND = (
-    Trial("client killed", "macro", (), False),
-    Trial("client half-open", "macro", (), False),
-    Trial("client floods", "macro", (), False),
-    Trial("client sends garbage", "macro", (), False),
-    Trial("disk full", "macro", (), False),
-    Trial("two busy processes", "macro", (faults.LATE,), False),
-)
-assert all(t.name in faulty.FAULTS for t in BENCH)
+KILLED, HALF_OPEN = "client killed", "client half-open"
+FLOODS, GARBAGE = "client floods", "client sends garbage"
+FULL_DISK, BUSY = "disk full", "two busy processes"
+NAMES = (KILLED, HALF_OPEN, FLOODS, GARBAGE, FULL_DISK, BUSY)
 
 
 def reset(client: Client) -> None:
