@@ -25,10 +25,8 @@ from macromicro.errors import InputError
 from macromicro.identify import carriage
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.rig import faults
 from macromicro.runs import programmed
-from macromicro.runs.job import load
-from macromicro.runs.programmed import moves_of
+from macromicro.runs.programmed import load, moves_of
 from macromicro.schema.par import changed
 from macromicro.settings import Settings
 from macromicro.uncertainty import machines, table
@@ -101,7 +99,7 @@ def cycled(settings: Settings) -> dict[str, Any]:
     """Ten cycles: arrivals, and each hold's final error by the laser and by the truth."""
     single = load(programmes.find("thesis"), settings)
     done = programmed.record(single, settings, cycles=CYCLES)
-    fault = faults.describe(done.outcome.watch)
+    fault = done.outcome.fault
     if fault is not None:
         return {"stopped": f"{fault.message} {fault.evidence}"}
     run = done.recording

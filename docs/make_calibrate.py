@@ -22,8 +22,9 @@ import numpy as np
 from macromicro.calibration import checking, efforts, measuring, procedure, targets
 from macromicro.calibration.procedure import Calibration, Request
 from macromicro.calibration.references import INSTRUMENTS, Instrument
-from macromicro.machines import composite, compositions, programmes, runs
+from macromicro.machines import composite, compositions, performing, programmes
 from macromicro.machines.machine import Machine
+from macromicro.runs.setup import Blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "validation" / "machines.md"
@@ -133,9 +134,9 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     for name, tree in (("before", settings), ("after", found.settings)):
         made, own = composite.under(machine, tree), tree
         plan = programmes.plan(made, own, programmes.chosen(made, own))
-        blocks = runs.Blocks()
-        runs.perform(made, own, plan, blocks, seed=seed, bench=bench)
-        columns = [column.name for column in runs.columns(made)]
+        blocks = Blocks()
+        performing.perform(made, own, plan, blocks, seed=seed, bench=bench)
+        columns = [column.name for column in performing.columns(made)]
         rows = np.concatenate(blocks.blocks, axis=1)
         move, phase = rows[columns.index("move")], rows[columns.index("phase")]
         legs = [k for k, leg in enumerate(plan.legs) if any(p.curvature for p in leg.pieces)]
@@ -187,9 +188,9 @@ def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
         visits = targets.Visits(np.ones(3), np.ones(3), ends)
         machine, settings = measuring.ready(found.request.machine, found.settings)
         plan = targets.planned(machine, settings, visits)
-        blocks = runs.Blocks()
-        runs.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
-        columns = [column.name for column in runs.columns(machine)]
+        blocks = Blocks()
+        performing.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
+        columns = [column.name for column in performing.columns(machine)]
         rows = np.concatenate(blocks.blocks, axis=1)
         own = rows[:, rows[columns.index("move")] == 2]
         off = np.abs(own[columns.index("true_position")] / 1e3 - ends[2, 0]) > 5e-6

@@ -14,8 +14,8 @@ import macromicro
 from macromicro import api
 from macromicro.design import response
 from macromicro.errors import InputError
-from macromicro.machines import job as jobs
 from macromicro.programme import MACRO, MICRO, Limits, Programme, find, load
+from macromicro.runs import job as jobs
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 

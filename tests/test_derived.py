@@ -9,7 +9,7 @@ import pytest
 
 from macromicro import programme
 from macromicro.errors import InputError
-from macromicro.runs.job import load
+from macromicro.runs.programmed import load
 from macromicro.schema.config import as_toml, load_overrides
 from macromicro.schema.par import changed, entries, value_at
 from macromicro.serve.settings import LiveSettings

@@ -8,7 +8,6 @@ import pytest
 
 from macromicro import loop
 from macromicro.control import supervisor
-from macromicro.control.two_stage import TwoStage
 from macromicro.design.response import moves
 from macromicro.kernel import compiled
 from macromicro.plant import bench
@@ -20,7 +19,6 @@ from macromicro.rig.guarded import Guarded
 from macromicro.rig.twin import Twin
 from macromicro.settings import Settings
 from macromicro.simulate import Rolled, prepare, simulate
-from macromicro.types import Command, Outputs, Sample
 
 Block = npt.NDArray[np.float64]
 
@@ -74,8 +72,10 @@ def looped(
     else:
         twin = Twin(parts.plant, seed)
     rig = Guarded(twin, parts.watchdog, loop.PERIOD)
-    controller = TwoStage(parts.control)
-    loop.run(rig, controller, parts.plan, loop.PERIOD, parts.run.progress, blocks.append)
+    loop.run(
+        rig, parts.control, parts.plan, loop.PERIOD, parts.run.progress,
+        lambda row, progress: blocks.append(row),
+    )  # fmt: skip
     return blocks.joined(), rig
 
 
@@ -176,28 +176,3 @@ def test_many_holds_between_two_periods_are_all_worked_off() -> None:
     """6000 holds of 1.1 ms take 2 ms each; the bound on the run's length must allow for that."""
     many = programme(*[(MICRO, 0.0, 1.1e-3)] * 6000)
     assert simulate(QUICK, many, Blocks()).finished
-
-
-class Bang:
-    """A controller of its own: a push for ten periods, counted by a plain whole number."""
-
-    def step(
-        self, state: int, reference: float, sample: Sample, dt: float
-    ) -> tuple[int, Command, Outputs]:
-        command = Command(reference, 1.0, 0.0, 0.0, 0.0)
-        return state + 1, command, Outputs(3.4, 0.0, 0.0, 0.0)
-
-    def finished(self, state: int) -> bool:
-        return state >= 10
-
-
-def test_any_controller_is_recorded() -> None:
-    """The protocol asks nothing of a state; what the command tells is recorded."""
-    rolled_ = prepare(Settings(), SHORT)
-    rig = Guarded(Twin(rolled_.plant, 0), rolled_.watchdog, loop.PERIOD)
-    blocks = Blocks()
-    assert loop.run(rig, Bang(), 50.0, loop.PERIOD, 0, blocks.append) == 10
-    rows = dict(zip(NAMES, blocks.joined(), strict=True))
-    assert list(rows["macro_reference"]) == [50.0] * 10
-    assert list(rows["phase"]) == [supervisor.MACRO] * 9 + [supervisor.DONE]
-    assert list(rows["motor"]) == [3.4] * 10

@@ -9,7 +9,7 @@ import pytest
 
 from macromicro import simulate
 from macromicro.control.macro import MacroLaw
-from macromicro.runs.job import load
+from macromicro.runs.programmed import TwoStageSetup, load
 from macromicro.settings import Settings
 
 
@@ -54,7 +54,7 @@ def test_rows_are_those_of_the_compiled_run(request: pytest.FixtureRequest, move
     first, second = Rows(), Rows()
     before = simulate.simulate(settings, what, first, seed=3)
     request.getfixturevalue("plain")
-    simulate.compile_bench(settings, what)
+    TwoStageSetup(settings, what).compile()
     after = simulate.simulate(settings, what, second, seed=3)
     assert np.array_equal(first.all, second.all, equal_nan=True)
     assert (before.finished, before.simulated) == (after.finished, after.simulated)

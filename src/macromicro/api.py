@@ -13,26 +13,18 @@ import warnings
 from pathlib import Path
 from typing import Any, cast
 
-from macromicro import programme as programmes
 from macromicro.design import served
 from macromicro.design import tracking as following
 from macromicro.design.tracking import Tracking
-from macromicro.errors import ProblemError
 from macromicro.programme import Programme
 from macromicro.recording import Recording
-from macromicro.rig import faults
 from macromicro.rig.opening import TWIN
-from macromicro.runs import arrivals, judging, programmed
-from macromicro.runs.job import DEFAULT, load, place
+from macromicro.runs import judging
 from macromicro.schema import config, keys
 from macromicro.schema.text import is_toml, read_toml
 from macromicro.settings import Settings
 
 PathLike = str | os.PathLike[str]
-_REMEDY = (
-    "Try a longer hold, or gains for this machine (macromicro tune). "
-    "macromicro.moves(run) shows how each move went."
-)
 
 
 def load_settings(path: PathLike) -> Any:
@@ -67,7 +59,7 @@ def load_settings(path: PathLike) -> Any:
     """
     from macromicro.machines import compositions
 
-    return compositions.chosen(Path(path)).load(Path(path))
+    return compositions.settings_of(Path(path))
 
 
 def run(
@@ -118,29 +110,17 @@ def run(
     InputError
         An argument, the programme or the settings are not accepted.
     """
-    keys.seed(seed, "seed")
-    if programme is not None or _is_machine(what):
-        from macromicro.machines.compositions import UNNAMED, chosen
+    from macromicro.machines import setups
 
-        path = Path(os.fspath(cast("PathLike", what)))
-        if chosen(path).name != UNNAMED:
-            if fan:
-                raise ProblemError("fan", "this machine has no fan")
-            return _run_machine(path, programme, settings, seed, cycles, rig)
-        settings = load_settings(path) if settings is None else settings
-        what = programme
-    settings = Settings() if settings is None else settings
-    config.check(settings, "settings")
-    moving = DEFAULT if what is None else what
-    if not isinstance(moving, Programme):
-        moving = load(programmes.find(os.fspath(moving)), settings)
-    on = place(rig, seed, settings)
-    done = programmed.record(moving, settings, on=on, seed=seed, fan=fan, cycles=cycles)
-    fault = faults.describe(done.outcome.watch)
-    if fault is not None:
-        warnings.warn(f"the run was stopped: {fault.text}", stacklevel=2)
-    numbers = moving.repeated(cycles).numbers
-    arrivals.warn(arrivals.of_both(judging.moves(done.recording, settings), numbers), _REMEDY)
+    keys.seed(seed, "seed")
+    path = None
+    if programme is not None or _is_machine(what):
+        path, what = Path(os.fspath(cast("PathLike", what))), programme
+    setup = setups.of(path, what, settings=settings, cycles=cycles, fan=fan)
+    on = setup.opened(setup.found(rig, seed), seed)
+    done = setup.record(on=on, seed=seed, cycles=cycles, warn=True)
+    if done.outcome.fault is not None:
+        warnings.warn(f"the run was stopped: {done.outcome.fault.text}", stacklevel=2)
     return done.recording
 
 
@@ -150,40 +130,6 @@ def _is_machine(what: PathLike | Programme | None) -> bool:
         return False
     path = Path(os.fspath(what))
     return is_toml(path.name) and path.is_file() and config.MACHINE in read_toml(path, config.WHAT)
-
-
-def _run_machine(
-    path: Path,
-    programme: PathLike | Programme | None,
-    settings: Any,
-    seed: int,
-    cycles: int,
-    rig: str,
-) -> Recording:
-    """`run` of a machine of one stage, or of several on one clock."""
-    from macromicro.machines import composite, compositions, on_rig, runs
-    from macromicro.machines import programmes as reading
-
-    machine, own = compositions.load(path)
-    if settings is not None:
-        own = settings
-        config.check(own, "settings")
-        machine = composite.under(machine, own)
-    moving: Any = programme
-    if not isinstance(programme, Programme):
-        name = None if programme is None else os.fspath(programme)
-        moving = reading.chosen(machine, own, name)
-    moving = reading.repeated(machine, moving, cycles)
-    plan = reading.plan(machine, own, moving)
-    source = on_rig.found(rig, machine, own, seed)
-    if source is None:
-        done = runs.record(machine, own, plan, title=moving.title, seed=seed)
-    else:
-        rigs, rests = on_rig.opened(source, seed), [each.rest for each in source]
-        done = on_rig.record(machine, own, plan, rigs, rests, moving.title)
-    if done.outcome.fault is not None:
-        warnings.warn(f"the run was stopped: {done.outcome.fault.text}", stacklevel=3)
-    return done.recording
 
 
 def moves(recording: Recording, settings: Any = None) -> list[Any]:

@@ -66,11 +66,8 @@ def needed(settings: Described) -> bool:
 def of_bench(settings: Described) -> Calibration:
     """The table for the virtual bench of these settings."""
     if not needed(settings):
-        return _shipped()
+        return calibration.shipped()
     return _calibrated(settings.bench, settings.sensors)
-
-
-_shipped = functools.cache(calibration.shipped)
 
 
 @functools.lru_cache(maxsize=16)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +16,12 @@ from macromicro.control.supervisor import DONE, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
-from macromicro.recorded import ROWS, Inside, beside, columns, inside, note
+from macromicro.recorded import beside, columns, inside, note
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import Guarded
-from macromicro.types import Command, Controller, Outputs
+from macromicro.types import Outputs
 
 PERIOD = nominal.PERIOD
 
@@ -35,53 +35,34 @@ class Run(NamedTuple):
 
 def run(
     rig: Guarded,
-    controller: Controller,
-    reference: Any,
+    control: Supervisor,
+    plan: Plan,
     dt: float,
-    state: Any,
-    sink: Callable[[Array], None] | None = None,
+    progress: Progress,
+    sink: Callable[[Array, Progress], None] | None = None,
     periods: int | None = None,
-) -> Any:
-    """Drive a guarded rig until the reference is completed, a fault trips, or `periods` pass."""
-    real = getattr(rig.rig, "truth", None)
+) -> Progress:
+    """Drive a guarded rig until the plan is completed, a fault trips, or `periods` pass."""
+    real, rows = getattr(rig.rig, "truth", None), len(columns(control))
     done = 0
-    params = getattr(controller, "params", None)
-    control = params if isinstance(params, Supervisor) else None
-    own = 0 if control is None else len(columns(control)) - ROWS
     with rig:
         while periods is None or done < periods:
             sample = rig.read()
-            state, command, requested = controller.step(state, reference, sample, dt)
+            progress, command, requested = supervisor.step(control, plan, progress, sample, dt)
             rig.expect(command)
             truth = real() if real is not None else _UNKNOWN
             rig.write(requested)
             if sink is not None:
-                column = np.empty((ROWS + own, 1))
-                seen = _inside(state, command, rig, controller.finished(state))
+                column = np.empty((rows, 1))
+                seen = inside(progress, rig.watch, rig.temperature)
                 note(column, 0, sample, command, rig.given, seen, truth)
-                if own and control is not None:
-                    beside(column, 0, control, state)
-                sink(column)
+                beside(column, 0, control, progress)
+                sink(column, progress)
             done += 1
-            if controller.finished(state) or rig.tripped:
+            if progress.phase == DONE or rig.tripped:
                 break
             rig.clock.wait(dt)
-    return state
-
-
-def _inside(state: Any, command: Command, rig: Guarded, over: bool) -> Inside:
-    """Controller state for the recording; NaN where it has no supervisor's state."""
-    if isinstance(state, Progress):
-        return inside(state, rig.watch, rig.temperature)
-    phase = supervisor.WAITING
-    if over:
-        phase = DONE
-    elif command.macro_active > 0.5:
-        phase = supervisor.MACRO
-    elif command.micro_active > 0.5:
-        phase = supervisor.MICRO
-    known = inside(supervisor.begin(0.0)._replace(phase=phase), rig.watch, rig.temperature)
-    return known._replace(macro_integral=float("nan"), micro_integral=float("nan"))
+    return progress
 
 
 _UNKNOWN = Truth(*[float("nan")] * len(Truth._fields))

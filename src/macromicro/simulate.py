@@ -13,8 +13,6 @@ from macromicro import arrays, hall_table, interpreting, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Progress, Supervisor
-from macromicro.control.two_stage import TwoStage
-from macromicro.kernel import cache_folder, compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
@@ -22,11 +20,12 @@ from macromicro.programme import Programme, moves
 from macromicro.programme.rates import rates, turns
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
+from macromicro.rig.faults import Fault, describe
 from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.twin import CompiledTwin, noise_source
 from macromicro.settings import Settings
-from macromicro.types import SAFE, Command, Outputs, Sample
+from macromicro.types import SAFE, Command, Sample
 
 CHUNK = 5000
 _USUAL_MOVE = 0.9  # s, until the arrival of a move of the carriage is declared
@@ -40,12 +39,18 @@ class Sink(Protocol):
 
 
 class Outcome(NamedTuple):
-    """How a run ended."""
+    """How a run of any machine ended."""
 
     finished: bool  # whether the programme came to its end
-    watch: Watch  # the guard's last state, with the fault and its evidence
-    simulated: float  # time on the bench, s
+    watch: Any  # of the guard that found the fault, with its evidence, or of the first
+    fault: Fault | None
+    simulated: float  # time on the machine, s
     wall: float
+
+
+def outcome(finished: bool, watch: Watch, simulated: float, began: float) -> Outcome:
+    """The end of a run of the two-stage machine that began at a `time.perf_counter`."""
+    return Outcome(finished, watch, describe(watch), simulated, time.perf_counter() - began)
 
 
 class Rolled(NamedTuple):
@@ -90,29 +95,7 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
     )
 
 
-def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold the bench already."""
-    return any(cache_folder().rglob("loop.rollout*.nbi"))
-
-
-def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
-    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
-    rolled = prepare(settings, programme, fan)
-    if rolled.control.compiles:
-        compiled(loop.rollout)(*_given(rolled, 0))
-    else:
-        CompiledTwin(rolled.plant, 0)
-
-
-def runs_interpreted(settings: Settings, programme: Programme, fan: bool = False) -> bool:
-    """Whether a run is over before the bench would be compiled, so that it does not wait."""
-    rolled, periods = prepare(settings, programme, fan), expected(settings, programme) / PERIOD
-    if not rolled.control.compiles:
-        return False
-    return interpreting.is_quicker(loop.rollout, periods, *_given(rolled, 0))
-
-
-def _given(rolled: Rolled, count: int) -> tuple[Any, ...]:
+def given(rolled: Rolled, count: int) -> tuple[Any, ...]:
     """What the loop is given for so many periods, without noise yet."""
     rows = len(recorded.columns(rolled.control))
     return *rolled, np.empty((count, NOISES)), np.empty((rows, count)), PERIOD
@@ -153,19 +136,6 @@ def _switched_off(
     return column
 
 
-class _Remembering(TwoStage):
-    """The positioner's controller; `last` is the state that it returned last."""
-
-    last: Progress
-
-    def step(
-        self, state: Progress, reference: Plan, sample: Sample, dt: float
-    ) -> tuple[Progress, Command, Outputs]:
-        """One control period."""
-        self.last, command, outputs = super().step(state, reference, sample, dt)
-        return self.last, command, outputs
-
-
 def _interpreted(
     rolled: Rolled,
     sink: Sink,
@@ -177,7 +147,7 @@ def _interpreted(
     began = time.perf_counter()
     twin = CompiledTwin(rolled.plant, seed)
     rig = CompiledGuarded(twin, rolled.watchdog, PERIOD)
-    controller, rows, done = _Remembering(rolled.control), list[npt.NDArray[np.float64]](), 0
+    rows, done = list[npt.NDArray[np.float64]](), 0
 
     def flush() -> None:
         nonlocal done
@@ -186,29 +156,27 @@ def _interpreted(
             sink.append(np.concatenate(rows, axis=1))
         rows.clear()
 
-    def take(row: npt.NDArray[np.float64]) -> None:
+    def take(row: npt.NDArray[np.float64], last: Progress) -> None:
         rows.append(row)
         if len(rows) < CHUNK:
             return
         flush()
         if progress is not None:
             try:
-                progress(done * PERIOD, controller.last.move)
+                progress(done * PERIOD, last.move)
             except BaseException:
                 rig.stop()
                 rig.clock.wait(PERIOD)
-                sample, last = rig.read(), controller.last
-                sink.append(_switched_off(rolled, sample, last, rig.watch, twin.truth()))
+                off = _switched_off(rolled, rig.read(), last, rig.watch, twin.truth())
+                sink.append(off)
                 raise
 
-    state = loop.run(
-        rig, controller, rolled.plan, PERIOD, rolled.run.progress, take, round(seconds / PERIOD)
-    )
+    periods = round(seconds / PERIOD)
+    state = loop.run(rig, rolled.control, rolled.plan, PERIOD, rolled.run.progress, take, periods)
     flush()
     if progress is not None:
         progress(done * PERIOD, state.move)
-    finished = state.phase == supervisor.DONE
-    return Outcome(finished, rig.watch, done * PERIOD, time.perf_counter() - began)
+    return outcome(state.phase == supervisor.DONE, rig.watch, done * PERIOD, began)
 
 
 def simulate(
@@ -229,7 +197,7 @@ def simulate(
     if not rolled.control.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
     periods, rows = expected(settings, programme) / PERIOD, len(recorded.columns(rolled.control))
-    advance = interpreting.quickest(loop.rollout, periods, *_given(rolled, 0))
+    advance = interpreting.quickest(loop.rollout, periods, *given(rolled, 0))
     random = noise_source(seed)
     run = arrays.own(rolled.run)
     limit = round(longest(settings, programme) / PERIOD)
@@ -249,5 +217,4 @@ def simulate(
                 raise
         if written < CHUNK or run.progress.phase == supervisor.DONE or run.watch.fault != OK:
             break
-    finished = run.progress.phase == supervisor.DONE
-    return Outcome(finished, run.watch, run.tick * PERIOD, time.perf_counter() - began)
+    return outcome(run.progress.phase == supervisor.DONE, run.watch, run.tick * PERIOD, began)

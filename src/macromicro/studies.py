@@ -169,7 +169,7 @@ def robust(
     """
     keys.seed(seed, "seed")
     chosen = robust_request.ready(_path(what), programme, law, workers, settings=settings)
-    own, subject = chosen.settings, chosen.subject
+    own, subject = chosen.setup.settings, chosen.subject
     request = study.Request(own, (), samples, seed, single=False)
     found = study.run(request, subject, lambda done, total: progress(done))
     names = [each.name for each in subject.metrics]

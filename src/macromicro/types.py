@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from types import TracebackType
-from typing import Annotated, Any, NamedTuple, Protocol, Self
+from typing import Annotated, NamedTuple, Protocol, Self
 
 from macromicro.columns import Meaning, Quantity
 
@@ -171,50 +171,3 @@ class Rig(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None: ...
-
-
-class Controller(Protocol):
-    """Anything that answers a sample with a command and outputs; ``loop.run`` drives it.
-
-    A controller is pure: its state is handed in and out, it reads no clock and no file.
-    """
-
-    def step(
-        self, state: Any, reference: Any, sample: Sample, dt: float
-    ) -> tuple[Any, Command, Outputs]:
-        """One control period: a new state and the outputs, from the old state and a sample.
-
-        Parameters
-        ----------
-        state : Any
-            What the controller remembers, as it last returned it.
-        reference : Any
-            The reference, in the controller's own form.
-        sample : Sample
-            What the rig shows now.
-        dt : float
-            Control period, s.
-
-        Returns
-        -------
-        state : Any
-            The new state.
-        command : Command
-            Set points, for the guard and the recording.
-        outputs : Outputs
-            Outputs for the rig.
-        """
-
-    def finished(self, state: Any) -> bool:
-        """Whether the reference has been completed.
-
-        Parameters
-        ----------
-        state : Any
-            As `step` returned it.
-
-        Returns
-        -------
-        bool
-            True at the end of the reference.
-        """

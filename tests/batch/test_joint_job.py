@@ -15,7 +15,8 @@ from macromicro.errors import InputError
 from macromicro.machines import composite, compositions
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.machine import XY_MACHINE
-from macromicro.machines.trial import kind, trial
+from macromicro.machines.runs import StageSetup
+from macromicro.machines.trial import kind
 from macromicro.sweeps.subject import laws, parameters
 
 PLOTTER = Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml"
@@ -45,7 +46,8 @@ def test_each_variant_has_the_figures_of_a_single_run(short: str) -> None:
         # What x carries has followed, as in a file.
         assert tree.x.load.payload == pytest.approx(1.6 + 0.8 + payload)
         plan = planning.plan(course.load(Path(short)), tree)
-        assert tuple(row) == trial(composite.under(XY_MACHINE, tree), tree, plan, int(seed))
+        setup = StageSetup(composite.under(XY_MACHINE, tree), tree, plan)
+        assert tuple(row) == setup.trial(int(seed))
     assert found[:, names.index("missed")].tolist() == [0.0] * 4
     assert len(np.unique(found[:3, names.index("peak_error_x")])) == 3
     assert found[3].tolist() == found[0].tolist()  # these encoders have no noise

@@ -50,7 +50,7 @@ class Sink:
 def recorded(job: ProgrammeJob, settings: Settings, seed: int) -> Recording:
     """The run of `simulate` with all its columns."""
     sink = Sink()
-    simulate.simulate(settings, job.programme(settings), sink, seed=seed)
+    simulate.simulate(settings, job.setup(settings).programme, sink, seed=seed)
     return Recording.from_arrays(COLUMNS, np.concatenate(sink.blocks, axis=1), PERIOD, {})
 
 
@@ -97,14 +97,14 @@ def test_a_variant_with_another_hall_sensor_is_calibrated(short: str) -> None:
 
 def test_cycles_and_fan(short: str) -> None:
     twice = ProgrammeJob(programme=short, cycles=2)
-    assert len(twice.programme(Settings()).target) == 16
+    assert len(twice.setup(Settings()).programme.target) == 16
     one, fan = (ProgrammeJob(programme=short, fan=on).evaluate(ONE) for on in (False, True))
     assert not np.array_equal(one, fan)
 
 
 def test_an_encoder_of_another_pitch_moves_as_far(short: str) -> None:
     settings = replaced(Settings(), "sensors.encoder.pitch", 0.1e-3)
-    targets = ProgrammeJob(programme=short).programme(settings).target
+    targets = ProgrammeJob(programme=short).setup(settings).programme.target
     assert targets[0] == pytest.approx(200.0)
 
 
@@ -145,7 +145,7 @@ def test_trajectories_are_the_recording_thinned(short: str) -> None:
 
 def test_directions_start_anew_after_a_macro_move(short: str) -> None:
     job = ProgrammeJob(programme=short)
-    done = moves(recorded(job, Settings(), 0), job.programme(Settings()))
+    done = moves(recorded(job, Settings(), 0), job.setup(Settings()).programme)
     up, down = directions(done)
     assert [m.move for m in up] == [1, 3, 5, 7]
     assert [m.move for m in down] == [2, 6]

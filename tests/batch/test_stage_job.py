@@ -15,7 +15,8 @@ from macromicro.control import outside
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
 from macromicro.machines import planning
-from macromicro.machines.trial import Trial, trial
+from macromicro.machines.runs import StageSetup
+from macromicro.machines.trial import Trial
 from macromicro.schema.par import entries
 from macromicro.sweeps.subject import laws
 
@@ -42,7 +43,7 @@ def test_each_variant_has_the_figures_of_a_single_run(short: str) -> None:
     for row, (mass, seed) in zip(found, masses, strict=True):
         tree = job.base().with_("load.mass", f"{mass} kg")
         plan = planning.plan(planning.load(Path(short), tree), tree)
-        assert tuple(row) == trial(machine, tree, plan, int(seed))
+        assert tuple(row) == StageSetup(machine, tree, plan).trial(int(seed))
     # What follows from the mass has followed: the gains, and so the arrival.
     assert found[0, names.index("missed")] == found[1, names.index("missed")] == 0.0
     assert found[0, names.index("effort")] != found[1, names.index("effort")]

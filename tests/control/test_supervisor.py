@@ -22,7 +22,6 @@ from macromicro.control.supervisor import (
     Sequence,
     Supervisor,
 )
-from macromicro.control.two_stage import TwoStage
 from macromicro.types import Command, Outputs, Sample
 
 NAN = math.nan
@@ -62,14 +61,13 @@ def walk(
     p: Supervisor, what: Plan, seconds: float, place: Callable[[float], float], hall: float = 0.1
 ) -> list[Tick]:
     """Step the supervisor with the encoder at `place(t)` [counts] and a constant Hall reading."""
-    controller = TwoStage(p)
     s, ticks = supervisor.begin(place(0.0)), []
     for k in range(round(seconds / DT)):
         t = k * DT
         sample = Sample(t, place(t), hall, 0.0, 1.0, 0.0)
-        s, command, out = controller.step(s, what, sample, DT)
+        s, command, out = supervisor.step(p, what, s, sample, DT)
         ticks.append(Tick(t, s.phase, s.move, command, out, s.integral))
-        if controller.finished(s):
+        if s.phase == DONE:
             break
     return ticks
 

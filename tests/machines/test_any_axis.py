@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.machines import machine, planning, trial
+from macromicro.machines import machine, planning
+from macromicro.machines.runs import StageSetup
 
 AXIS = machine.MACHINES[0]
 
@@ -63,7 +64,7 @@ def test_nearly_all_that_are_not_refused_arrive_at_every_target(seed):
             assert "friction" in refused.where or "timing" in refused.where
             continue
         plan = planning.plan(planning.usual(settings), settings)
-        found = trial.trial(AXIS, settings, plan, 0)
+        found = StageSetup(AXIS, settings, plan).trial(0)
         ran += 1
         arrived += found.fault == 0.0 and found.missed == 0.0
     assert ran >= 15 and arrived >= 0.9 * ran

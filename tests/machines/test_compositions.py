@@ -4,59 +4,48 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any
 
 import pytest
 
 from macromicro.errors import InputError
 from macromicro.machines import compositions, machine
-from macromicro.machines.composition import FAMILIES, ONE, STEP, TURNS, Composition
 from macromicro.schema.par import entries
 from tests.machines import own
 
 own.module()
-EVERY = pytest.mark.parametrize("one", compositions.COMPOSITIONS, ids=lambda one: one.name)
+EVERY = pytest.mark.parametrize("one", compositions.MACHINES, ids=lambda one: one.name)
 SRC = Path(compositions.__file__).parents[1]
 
 
 def test_every_machine_is_there_once() -> None:
-    names = [one.name for one in compositions.COMPOSITIONS]
+    names = [one.name for one in compositions.MACHINES]
     assert names == list(machine.NAMES) and len(set(names)) == len(names)
-    families = {one.name: one.family for one in compositions.COMPOSITIONS}
-    assert set(families.values()) == set(FAMILIES)
-    assert (families["two_stage"], families["xy"], families["piezo"]) == (TURNS, STEP, ONE)
+    assert all(one.title and entries(one.settings) for one in compositions.MACHINES)
 
 
 @EVERY
-def test_it_is_told_by_types_that_people_can_read(one: Composition) -> None:
-    for told in (one.sample, one.outputs, one.truth):
-        hints = get_type_hints(told, include_extras=True)
-        assert hints and all(getattr(hint, "__metadata__", ()) for hint in hints.values()), told
-    assert one.title and one.stages and entries(one.settings)
-
-
-@EVERY
-def test_its_settings_are_printed_and_read_back(one: Composition, tmp_path: Path) -> None:
+def test_its_settings_are_printed_and_read_back(one: Any, tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
-    path.write_text(one.as_toml(one.settings, None), encoding="utf-8")
-    assert compositions.chosen(path) == one or one.family == ONE
+    path.write_text(machine.as_toml(one, one.settings), encoding="utf-8")
     assert compositions.chosen(path).name == one.name
-    assert one.load(path, None) == one.settings
+    assert compositions.settings_of(path) == one.settings
     first = next(e.path for e in entries(one.settings) if "." in e.path).partition(".")[0]
-    assert one.as_toml(one.settings, first).startswith(f"[{first}")
+    assert machine.as_toml(one, one.settings, first).startswith(f"[{first}")
 
 
 @EVERY
-def test_a_law_of_another_package_takes_its_place(one: Composition, tmp_path: Path) -> None:
+def test_a_law_of_another_package_takes_its_place(one: Any, tmp_path: Path) -> None:
     law = "tests.control.own_laws:sliding"
     path = tmp_path / "m.toml"
-    path.write_text(one.as_toml(one.settings, None), encoding="utf-8")
-    if one.family == STEP:
-        for asked in (lambda: compositions.by_default(one, law), lambda: one.load(path, law)):
+    path.write_text(machine.as_toml(one, one.settings), encoding="utf-8")
+    if one.name == "xy":
+        by_default, of_file = compositions.by_default, compositions.settings_of
+        for asked in (lambda: by_default(one, law), lambda: of_file(path, law)):
             with pytest.raises(InputError, match="each axis has a law of its own"):
                 asked()
         return
-    for made in (compositions.by_default(one, law), one.load(path, law)):
+    for made in (compositions.by_default(one, law), compositions.settings_of(path, law)):
         assert any(entry.value == law for entry in entries(made))
         assert made != one.settings
 
@@ -72,7 +61,7 @@ def test_no_file_and_a_file_that_names_none_are_the_two_stage_machine_s(tmp_path
 
 def test_a_machine_of_another_package_is_one_too() -> None:
     made = compositions.named("ownlab:flexure", "test")
-    assert (made.name, made.family, made.stages) == ("ownlab:flexure", ONE, ("macro",))
+    assert (made.name, made.written) == ("ownlab:flexure", '"ownlab:flexure"')
 
 
 def test_nobody_else_asks_which_machine_it_is_by_its_name() -> None:

@@ -6,9 +6,8 @@ import tomllib
 import pytest
 
 from macromicro import cli
-from macromicro.machines import doubts
-from macromicro.machines.composition import TURNS
-from macromicro.machines.compositions import COMPOSITIONS
+from macromicro.machines import doubts, machine
+from macromicro.machines.compositions import MACHINES, TWO_STAGE
 from tests.command import BARE
 
 BELT = 'machine = "axis"\ndrive = {kind = "belt", frequency = "20 Hz", damping = 0.01}\n'
@@ -86,13 +85,11 @@ def test_a_stage_that_turns_counts_in_degrees(tmp_path, monkeypatch, capsys):
     assert first.startswith("# warning: arrival.tolerance = ") and "deg follows" in first
 
 
-@pytest.mark.parametrize(
-    "one", [c for c in COMPOSITIONS if c.family != TURNS], ids=lambda c: c.name
-)
+@pytest.mark.parametrize("one", [c for c in MACHINES if c is not TWO_STAGE], ids=lambda c: c.name)
 def test_no_machine_as_it_comes_is_in_doubt(one):
     assert doubts.found(one.settings) == ()
 
 
-@pytest.mark.parametrize("one", COMPOSITIONS, ids=lambda c: c.name)
+@pytest.mark.parametrize("one", MACHINES, ids=lambda c: c.name)
 def test_units_of_all_settings_are_spelt_one_way(one):
-    assert "**" not in one.as_toml(one.settings, None)
+    assert "**" not in machine.as_toml(one, one.settings)

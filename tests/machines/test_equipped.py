@@ -8,7 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.machines import axis, equipped, guarding, machine, open_rig, period, planning, runs
+from macromicro.machines import (
+    axis,
+    equipped,
+    guarding,
+    machine,
+    open_rig,
+    performing,
+    period,
+    planning,
+    runs,
+)
 from macromicro.machines.guard_words import DRIVE, LIMIT_HIGH, LIMIT_LOW, LIMITS, NOT_ENABLED
 from macromicro.machines.rig import CompiledTwin, Twin
 from macromicro.programme import Programme
@@ -50,7 +60,7 @@ def moves(targets: list[float]) -> Programme:
 
 def columns(changes: dict[str, str]) -> list[str]:
     found, _ = made(changes)
-    return [c.name for c in runs.columns(found)]
+    return [c.name for c in performing.columns(found)]
 
 
 def test_an_axis_without_lines_is_what_it_was() -> None:

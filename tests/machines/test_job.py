@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from macromicro import ArrivalWarning, cli
-from macromicro.machines import job, machine, planning, runs
+from macromicro.machines import machine, performing, planning, results, runs
 from macromicro.recording import Recording
+from macromicro.runs import job
 from macromicro.runs.job import Stop
 from tests.command import BARE
 
@@ -148,7 +149,7 @@ def test_a_run_stopped_from_outside_keeps_its_recording(files):
     with pytest.raises(Stop):
         job.execute(job.check(asked), stop)
     recording = Recording.load(files / "out" / "recording.h5")
-    assert len(recording) == runs.CHUNK and not recording.attributes["finished"]
+    assert len(recording) == performing.CHUNK and not recording.attributes["finished"]
 
 
 def test_names_that_are_no_utf_8_lose_no_results(files, monkeypatch):
@@ -188,13 +189,13 @@ def test_its_settings_are_shown(monkeypatch, capsys, tmp_path):
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_the_examples_run_with_the_gains_that_follow_from_their_sheets(path):
     made = job.check(job.Request(config=path, out=Path("unused")))
-    done = runs.record(made.machine, made.settings, made.programme)
+    done = runs.record(made.setup.machine, made.settings, made.programme)
     assert done.outcome.finished and done.outcome.fault is None
-    most = made.settings.arrival.tolerance * made.machine.kind.place.per
-    place = made.machine.kind.place
-    for m in job.results.moves(done.recording, made.plan, made.settings.arrival, place):
-        late = LATE[made.machine.name]
-        if made.machine.name == "wire" and m.move == 0:
+    most = made.settings.arrival.tolerance * made.setup.machine.kind.place.per
+    place = made.setup.machine.kind.place
+    for m in results.moves(done.recording, made.setup.plan, made.settings.arrival, place):
+        late = LATE[made.setup.machine.name]
+        if made.setup.machine.name == "wire" and m.move == 0:
             late += WARM_UP
         assert m.arrived_s is not None and m.arrived_s < m.profile_s + late
         assert abs(m.rest_error) <= most

@@ -7,11 +7,10 @@ from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
 from macromicro.machines import compositions
-from macromicro.machines.composition import STEP
 from tests.command import BARE
 
 LAWS = {**dict.fromkeys(outside.SHIPPED, "macro"), **dict.fromkeys(outside.FINE, "micro")}
-OTHERS = [c.name for c in compositions.COMPOSITIONS if c.name != "two_stage"]
+OTHERS = [c.name for c in compositions.MACHINES if c.name != "two_stage"]
 
 
 def refused(monkeypatch, capsys, *words):
@@ -24,7 +23,7 @@ def refused(monkeypatch, capsys, *words):
 @pytest.mark.parametrize("machine", OTHERS)
 @pytest.mark.parametrize("on", ["the twin", "a rig"])
 def test_before_anything_moves_it_is_refused(machine, law, on, tmp_path, monkeypatch, capsys):
-    step = compositions.named(machine, "").family == STEP
+    step = machine == "xy"
     names = ("x.law", "y.law") if step else ("law",)
     faulty = "faulty.stage"
     rig = "twin" if on == "the twin" else f"{faulty}:x+{faulty}:y" if step else f"{faulty}:stage"

@@ -13,10 +13,12 @@ import pytest
 
 from macromicro import cli
 from macromicro.errors import InputError, MacromicroError
-from macromicro.machines import job, machine, on_rig, runs
+from macromicro.machines import machine, on_rig, performing, runs
 from macromicro.machines.on_rig import Rigs
 from macromicro.machines.planning import Schedule
 from macromicro.recording import Recording
+from macromicro.runs import job
+from macromicro.runs.setup import Blocks
 from tests.command import BARE
 from tests.systems import posix
 
@@ -178,9 +180,9 @@ def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
     checked = job.check(job.Request("p.toml", config=lab / "m.toml"))
     rigs = on_rig.found("on_mine:away", made, weak, 0)
     assert rigs is not None
-    blocks = runs.Blocks()
+    blocks = Blocks()
     with pytest.raises(MacromicroError, match="the stage stopped at"):
-        on_rig.perform(made, weak, checked.plan, blocks, on_rig.opened(rigs, 0))
+        on_rig.perform(made, weak, checked.setup.plan, blocks, on_rig.opened(rigs, 0))
     assert blocks.blocks == []
 
 
@@ -237,22 +239,22 @@ def performed(rigs: list[Fake], sink: Any) -> Any:
     )
     made: Any = stages
     plans = Schedule((nothing, nothing), ())
-    return on_rig.perform(made, nothing, plans, sink, Rigs(rigs), [1.0, 2.0])
+    return on_rig.perform(made, nothing, plans, sink, Rigs(rigs, [1.0, 2.0]))
 
 
 def test_all_are_entered_before_one_moves_and_left_however_it_ends(
     said: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sink = runs.Blocks()
+    sink = Blocks()
 
-    def run(machine: Any, settings: Any, planned: Any, blocks: runs.Blocks, **how: Any) -> None:
+    def run(machine: Any, settings: Any, planned: Any, blocks: Blocks, **how: Any) -> None:
         assert [rig._rig.name for rig in how["on"]] == ["x", "y"]
         said.append("run")
         blocks.append(np.ones((2, 3)))
         blocks.append(np.zeros((2, 1)))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(runs, "perform", run)
+    monkeypatch.setattr(performing, "perform", run)
     with pytest.raises(KeyboardInterrupt):
         performed([Fake("x", said), Fake("y", said)], sink)
     entered = ["x entered", "y entered", "x idle 1", "y idle 2", "x brought", "y brought"]
@@ -262,5 +264,5 @@ def test_all_are_entered_before_one_moves_and_left_however_it_ends(
 
 def test_where_one_cannot_be_entered_nothing_moves(said: list[str]) -> None:
     with pytest.raises(OSError, match="no such port"):
-        performed([Fake("x", said), Fake("y", said, fails=True)], runs.Blocks())
+        performed([Fake("x", said), Fake("y", said, fails=True)], Blocks())
     assert said == ["x entered", "x left"]

@@ -8,9 +8,8 @@ import pytest
 from macromicro import kernel
 from macromicro.interpreting import FEW
 from macromicro.kernel import compiled, counting
-from macromicro.machines import composite, guarding, period, planning, results, runs
+from macromicro.machines import composite, guarding, performing, period, planning, results, runs
 from macromicro.machines import machine as machines
-from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.joint import contour
 from macromicro.machines.joint import planning as joint_planning
 from macromicro.machines.joint.machine import XY_MACHINE
@@ -37,7 +36,7 @@ def short(machine):
 def test_interpreted_and_compiled_give_the_same_bits(machine):
     settings, planned = short(machine)
     stages, bench = composite.stages(machine), composite.bench(machine, settings)
-    loops = runs.loops(machine, settings, planned)
+    loops = performing.loops(machine, settings, planned)
     start = period.beginning(stages, bench, loops)
     draws = np.random.default_rng(1)
     noise = tuple(draws.standard_normal((700, kind.noises)) for kind in stages.kinds)
@@ -73,7 +72,7 @@ def test_few_periods_are_interpreted_until_there_is_machine_code(tmp_path):
     settings, plan = short(AXIS)
     dt, counts = settings.timing.period, []
     stages = composite.stages(AXIS)._replace(names=("first",))
-    bench, loops = composite.bench(AXIS, settings), runs.loops(AXIS, settings, plan)
+    bench, loops = composite.bench(AXIS, settings), performing.loops(AXIS, settings, plan)
     start = period.beginning(stages, bench, loops)
     noise = (np.random.default_rng(1).standard_normal((300, AXIS.kind.noises)),)
     blocks = []
@@ -154,10 +153,8 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period(name):
     settings = DEFAULT.with_({f"{name}.guard.high": "30 mm", f"{name}.travel.high": "29 mm"})
     plan = joint_planning.plan(straight((0.1, 0.1)), DEFAULT)
     done = runs.record(composite.under(XY_MACHINE, settings), settings, plan)
-    r, (first, second) = done.recording, done.outcome.watches
-    own, other = (first, second) if name == "x" else (second, first)
-    assert own.fault == guarding.HIGH and other.fault == OTHER_AXIS
-    assert other.time == own.time == r["t"][-1]
+    r, watch = done.recording, done.outcome.watch
+    assert watch.fault == guarding.HIGH and watch.time == r["t"][-1]
     assert r["x_effort"][-1] == 0.0 and r["y_effort"][-1] == 0.0
     assert np.all(r["x_effort"][-20:-1] != 0.0) and np.all(r["y_effort"][-20:-1] != 0.0)
     assert r["phase"][-1] == 4 and r["phase"][-2] == 1
@@ -188,13 +185,13 @@ def test_a_law_of_ones_own_runs_on_one_axis():
     machine = composite.under(XY_MACHINE, settings)
     (_, first), (_, second) = machine.stages
     assert first.law.name == "cascade" and second.law.name != "cascade"
-    names = [c.name for c in runs.columns(machine)]
+    names = [c.name for c in performing.columns(machine)]
     assert any(n.startswith("y_law_") for n in names)
     assert not any(n.startswith("x_law_") for n in names)
 
 
 def test_time_and_sequence_stand_once():
-    names = [c.name for c in runs.columns(XY_MACHINE)]
+    names = [c.name for c in performing.columns(XY_MACHINE)]
     assert names[:6] == ["t", "phase", "move", "arrived", "true_x", "true_y"]
     assert len(names) == len(set(names))
     rest = [n for n in names[6:] if not n.startswith(("x_", "y_"))]

@@ -11,7 +11,16 @@ from macromicro.errors import InputError
 from macromicro.hysteresis.prandtl_fit import fit
 from macromicro.hysteresis.prandtl_loop import measured
 from macromicro.kernel import compiled
-from macromicro.machines import composite, machine, period, piezo_sheets, planning, runs, stage
+from macromicro.machines import (
+    composite,
+    machine,
+    performing,
+    period,
+    piezo_sheets,
+    planning,
+    runs,
+    stage,
+)
 from macromicro.machines.piezo import DEFAULT, KIND
 from macromicro.machines.results import moves
 from macromicro.machines.rig import Twin
@@ -186,7 +195,7 @@ def test_an_identified_loop_is_nearer_than_the_printed_one():
 def test_interpreted_and_compiled_give_the_same_bits_and_so_does_a_rig():
     plan = planning.plan(programme(0.4, hold=0.001), DEFAULT)
     stages, bench = composite.stages(PIEZO), composite.bench(PIEZO, DEFAULT)
-    loops = runs.loops(PIEZO, DEFAULT, plan)
+    loops = performing.loops(PIEZO, DEFAULT, plan)
     noise = np.random.default_rng(1).standard_normal((150, KIND.noises))
     blocks = []
     for run in (period.period(stages), compiled(period.period(stages))):

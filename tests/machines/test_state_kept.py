@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.arrays import own
-from macromicro.machines import composite, machine, period, planning, runs, stage
+from macromicro.machines import composite, machine, performing, period, planning, stage
 from macromicro.plant import bench as plants
 from macromicro.rig.twin import CompiledTwin, Twin
 from macromicro.settings import Settings
@@ -40,7 +40,7 @@ def test_a_run_from_a_state_can_be_repeated(one):
     tree, kind = one.settings, one.kind
     plan = planning.plan(planning.usual(tree), tree)
     stages, bench = composite.stages(one), composite.bench(one, tree)
-    control = runs.loops(one, tree, plan)
+    control = performing.loops(one, tree, plan)
     began = period.beginning(stages, bench, control)
     fastest, n = period.fastest(stages), 400
     noise = (np.zeros((n, kind.noises)),)

@@ -1,10 +1,11 @@
-"""A run in figures, and many of them in threads."""
+"""A run in figures."""
 
 import math
 
 import pytest
 
-from macromicro.machines import machine, planning, results, runs, trial
+from macromicro.machines import machine, planning, results, runs
+from macromicro.machines.runs import StageSetup
 
 AXIS = machine.MACHINES[0]
 USUAL = planning.usual(AXIS.settings)
@@ -20,7 +21,7 @@ PLAN = planning.plan(
 
 
 def test_its_figures_are_those_of_the_moves():
-    found = trial.trial(AXIS, AXIS.settings, PLAN, 3)
+    found = StageSetup(AXIS, AXIS.settings, PLAN).trial(3)
     recording = runs.record(AXIS, AXIS.settings, PLAN, seed=3).recording
     moves = results.moves(recording, PLAN, AXIS.settings.arrival)
     late = [m.arrived_s - m.profile_s for m in moves]
@@ -38,20 +39,11 @@ def test_its_figures_are_those_of_the_moves():
 
 def test_a_run_that_the_guard_stops_has_no_figures():
     strict = AXIS.settings.with_("guard.error", "1 um")
-    found = trial.trial(AXIS, strict, PLAN, 0)
+    found = StageSetup(AXIS, strict, PLAN).trial(0)
     assert found.fault > 0.0 and found.missed == 2.0 and math.isnan(found.peak_error)
 
 
 def test_a_move_that_never_arrives_takes_for_ever():
     never = AXIS.settings.with_({"arrival.dwell": "1 s", "arrival.patience": "10 ms"})
-    found = trial.trial(AXIS, never, planning.plan(USUAL, never), 0)
+    found = StageSetup(AXIS, never, planning.plan(USUAL, never)).trial(0)
     assert found.missed == 4.0 and found.settling == math.inf and found.peak_error > 0.0
-
-
-def test_threads_change_nothing_and_a_stop_leaves_the_rest_out():
-    trees = [AXIS.settings.with_("load.payload", f"{k / 10} kg") for k in range(4)]
-    one = trial.trials(AXIS, trees, PLAN, range(4), 1)
-    assert one == trial.trials(AXIS, trees, PLAN, range(4), 3)
-    assert len({t.rms_error for t in one}) == 4
-    assert trial.trials(AXIS, trees, PLAN, range(4), 2, lambda n: n == 2) == one[:2]
-    assert trial.trials(AXIS, [], PLAN, [], 2) == []

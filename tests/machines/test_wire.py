@@ -8,7 +8,16 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.machines import composite, machine, period, planning, runs, stage, wire_sheets
+from macromicro.machines import (
+    composite,
+    machine,
+    performing,
+    period,
+    planning,
+    runs,
+    stage,
+    wire_sheets,
+)
 from macromicro.machines.stage import Bounds
 from macromicro.machines.wire import DEFAULT, KIND, prepare
 from macromicro.plant import wire as alloys
@@ -189,7 +198,7 @@ def test_interpreted_and_compiled_agree():
         composite.stages(machine.MACHINES[2]),
         composite.bench(machine.MACHINES[2], DEFAULT),
     )
-    loops = runs.loops(WIRE, DEFAULT, plan)
+    loops = performing.loops(WIRE, DEFAULT, plan)
     noise = np.random.default_rng(1).standard_normal((300, KIND.noises))
     blocks = []
     for run in (period.period(stages), compiled(period.period(stages))):

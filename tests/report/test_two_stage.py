@@ -54,7 +54,7 @@ def test_the_vibration_says_after_how_many_of_the_macro_moves_it_is_told(ended: 
     shaken = ended.vibration[0]
     found = dict(two_stage.remarks(ended._replace(vibration=[shaken._replace(move=3)])))
     assert "after move 4," in found["vibration"]
-    cycle = sum(m.stage == "macro" and m.move < ended.job.per_cycle for m in ended.moves)
+    cycle = sum(m.stage == "macro" and m.move < ended.job.setup.per_cycle for m in ended.moves)
     found = dict(two_stage.remarks(ended._replace(vibration=[shaken] * cycle)))
     assert f"after the {cycle} macro moves of a cycle" in found["vibration"]
     found = dict(two_stage.remarks(ended._replace(vibration=[shaken] * (cycle + 1))))

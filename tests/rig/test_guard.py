@@ -15,7 +15,6 @@ from macromicro.control import settings as control_settings
 from macromicro.control.live import leaning
 from macromicro.control.live.parameters import Live
 from macromicro.control.supervisor import begin
-from macromicro.control.two_stage import TwoStage
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
@@ -65,7 +64,7 @@ def drive(
     control = control_settings.prepare(quick)
     rig = Faulty(spoil, settings_)
     safe = Guarded(rig, guard.prepare(settings_.guard, control.calibration), DT)
-    loop.run(safe, TwoStage(control), plan(programme(*moves)), DT, begin(0.0))
+    loop.run(safe, control, plan(programme(*moves)), DT, begin(0.0))
     return safe, rig
 
 

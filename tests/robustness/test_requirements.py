@@ -9,10 +9,12 @@ import pytest
 from macromicro.batch.programme_metrics import METRICS, NAMES
 from macromicro.errors import InputError
 from macromicro.robustness import requirements
-from macromicro.robustness.job import REQUIRED
 from macromicro.robustness.requirements import Requirement
+from macromicro.robustness.subject import required
 from macromicro.robustness.words import amount
 from macromicro.uncertainty.table import UNCERTAIN
+
+REQUIRED = required(METRICS, {})
 
 
 def written(folder: Path, text: str, name: str = "limits.toml") -> Path:

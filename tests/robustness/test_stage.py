@@ -8,15 +8,19 @@ from tests.robustness.drawing import drawn
 
 from macromicro import cli
 from macromicro.errors import InputError
-from macromicro.machines import compositions, machine, planning, trial
-from macromicro.robustness import _findings, requirements, stage, study
+from macromicro.machines import compositions, machine, planning
+from macromicro.machines.runs import StageSetup
+from macromicro.robustness import _findings, requirements, study
+from macromicro.robustness import subject as subjects
 from macromicro.robustness.study import Request
 from macromicro.schema.par import entries
+from macromicro.uncertainty import stages
 from macromicro.uncertainty.table import read
 
 AXIS = machine.MACHINES[0]
 ROWS = read(AXIS.spread, AXIS.settings)
 PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
+SETUP = StageSetup(AXIS, AXIS.settings, PLAN)
 
 
 def test_every_row_names_parameters_of_the_axis():
@@ -27,50 +31,49 @@ def test_every_row_names_parameters_of_the_axis():
 
 @pytest.mark.parametrize("other", machine.MACHINES, ids=lambda m: m.name)
 def test_every_machine_has_a_table_that_its_law_does_not_know(other):
-    rows = stage.uncertain(other, other.settings)
+    rows = stages.uncertain(other, other.settings)
     paths = {e.path for e in entries(other.settings)}
     assert rows and all(row.stage == other.name for row in rows)
     assert all(path in paths for row in rows for path, _ in row.parts)
     for tree in drawn(other, other.settings, rows, 10, 3)[1]:
         other.kind.prepare(tree)
-        for name in stage.KEPT:
+        for name in stages.KEPT:
             assert getattr(tree, name) == getattr(other.settings, name)
 
 
 def test_what_the_machine_has_not_is_not_varied():
-    names = [r.name for r in stage.uncertain(AXIS, AXIS.settings)]
+    names = [r.name for r in stages.uncertain(AXIS, AXIS.settings)]
     assert "mode" not in names and "mass" in names
     soft = AXIS.settings.with_("drive.frequency", "50 Hz")
-    assert "mode" in [r.name for r in stage.uncertain(AXIS, soft)]
+    assert "mode" in [r.name for r in stages.uncertain(AXIS, soft)]
 
 
 def test_the_plant_changes_and_the_law_does_not():
-    rows = stage.uncertain(AXIS, AXIS.settings)
+    rows = stages.uncertain(AXIS, AXIS.settings)
     amounts, trees = drawn(AXIS, AXIS.settings, rows, 12, 1)
     assert amounts.shape == (12, len(rows))
     mass = [row.name for row in rows].index("mass")
     for each, tree in zip(amounts, trees, strict=True):
         assert tree.load.mass == pytest.approx(0.5 * each[mass])
-        for name in stage.KEPT:
+        for name in stages.KEPT:
             assert getattr(tree, name) == getattr(AXIS.settings, name)
 
 
 @pytest.fixture(scope="module")
 def found():
-    subject = stage.subject(AXIS, AXIS.settings, PLAN, 2)
-    request = Request(AXIS.settings, stage.required(AXIS, AXIS.settings), 12, 2)
-    return study.run(request, subject)
+    subject = subjects.of(SETUP, 2)
+    return study.run(Request(AXIS.settings, subject.required, 12, 2), subject)
 
 
 def test_a_study_has_a_row_for_each_machine_and_each_end(found):
     assert found.arrived().total == 12 and found.arrived().passed >= 11
     rms = found.column("rms_error")
-    subject = stage.subject(AXIS, AXIS.settings, PLAN, 1)
+    subject = subjects.of(SETUP, 1)
     again = study.run(found.request._replace(single=False), subject)
     assert np.array_equal(again.rows, found.rows) and np.isnan(again.single).all()
-    nominal = trial.trial(AXIS, AXIS.settings, PLAN, 2)
+    nominal = StageSetup(AXIS, AXIS.settings, PLAN).trial(2)
     assert found.nominal[found.at("rms_error")] == nominal.rms_error
-    third = trial.trial(AXIS, found.settings(3), PLAN, 2 + 3)
+    third = StageSetup(AXIS, found.settings(3), PLAN).trial(2 + 3)
     assert rms[3] == third.rms_error
     heavier = found.single[[u.name for u in found.subject.uncertain].index("mass"), 1]
     assert heavier[found.at("rms_error")] != nominal.rms_error
@@ -79,7 +82,7 @@ def test_a_study_has_a_row_for_each_machine_and_each_end(found):
 def test_a_fault_is_told_apart_from_its_code(found):
     subject = found.subject
     tree = AXIS.settings.with_("guard.speed", "0.011 m/s")
-    (row,) = subject.evaluate([tree], [0], lambda done: False)
+    row = subject.run(tree, 0)
     assert row[0] == 1.0 and row[-1] > 1.0
     assert subject.metrics[0].name == "fault" and subject.metrics[-1].name == "fault_code"
 

@@ -10,11 +10,14 @@ from macromicro import cli
 from macromicro.machines.joint import planning
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
-from macromicro.robustness import stage, study
+from macromicro.machines.runs import StageSetup
+from macromicro.robustness import study
+from macromicro.robustness import subject as subjects
 from macromicro.schema.par import entries
+from macromicro.uncertainty import stages
 
 PLAN = planning.plan(straight((0.05, 0.03), (0.0, 0.05)), DEFAULT)
-ROWS = stage.uncertain(XY_MACHINE, DEFAULT)
+ROWS = stages.uncertain(XY_MACHINE, DEFAULT)
 
 
 def test_every_row_names_parameters_of_the_machine():
@@ -24,7 +27,7 @@ def test_every_row_names_parameters_of_the_machine():
     assert len(names) == len(set(names)) and {"x_mass", "y_mass", "squareness"} <= set(names)
     assert "x_mode" not in names and "body" in names
     soft = DEFAULT.with_({"x.drive.frequency": "50 Hz", "stack.carries": "nothing"})
-    names = [row.name for row in stage.uncertain(XY_MACHINE, soft)]
+    names = [row.name for row in stages.uncertain(XY_MACHINE, soft)]
     assert "x_mode" in names and "y_mode" not in names and "body" not in names
 
 
@@ -38,17 +41,17 @@ def test_the_plants_change_and_the_laws_do_not():
         assert tree.x.load.payload == pytest.approx(upper + each[at["body"]])
         assert tree.hidden.squareness == pytest.approx(each[at["squareness"]])
         for own, nominal in ((tree.x, DEFAULT.x), (tree.y, DEFAULT.y)):
-            assert all(getattr(own, k) == getattr(nominal, k) for k in stage.KEPT)
+            assert all(getattr(own, k) == getattr(nominal, k) for k in stages.KEPT)
     assert len({tree.hidden.squareness for tree in trees}) == 12
     a, b = at["x_coulomb"], at["y_coulomb"]
     assert not (amounts[:, a] == amounts[:, b]).any()  # each is drawn by itself
 
 
 def test_a_study_requires_the_tolerance_of_the_path():
-    required = stage.required(XY_MACHINE, DEFAULT)
+    subject = subjects.of(StageSetup(XY_MACHINE, DEFAULT, PLAN), 2)
+    required = subject.required
     assert [r.metric.name for r in required] == ["fault", "missed", "contour"]
     assert required[2].limit == pytest.approx(1e6 * DEFAULT.path.tolerance)
-    subject = stage.subject(XY_MACHINE, DEFAULT, PLAN, 2)
     found = study.run(study.Request(DEFAULT, required, 12, 2, single=False), subject)
     contour = found.column("contour")
     assert found.met(required[2]).sum() == (contour <= required[2].limit).sum()

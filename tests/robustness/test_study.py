@@ -7,14 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.batch import SEED, Job, Variants
 from macromicro.batch.programme_metrics import NAMES
 from macromicro.robustness import _findings, study, words
 from macromicro.robustness._findings import influences, overall, worst, yields
-from macromicro.robustness.job import REQUIRED, subject, variants
 from macromicro.robustness.study import Request, Study
-from macromicro.schema.par import changed, replaced
-from macromicro.uncertainty.machines import draw, settings_at
+from macromicro.robustness.subject import Subject
+from macromicro.schema.par import replaced
 from macromicro.uncertainty.table import UNCERTAIN
 
 ORDER = [u.name for u in UNCERTAIN]
@@ -59,9 +57,9 @@ def test_influences_are_sorted_by_effect(done: Study) -> None:
     assert all(i.effect == 0.0 for i in found[2:])
 
 
-def test_infinite_settling_is_the_largest_effect(done: Study, machine: Job) -> None:
+def test_infinite_settling_is_the_largest_effect(done: Study, machine: Subject) -> None:
     narrow = [u if u.name != "coulomb" else u._replace(high=1.2) for u in UNCERTAIN]
-    again = study.run(done.request, subject(machine, 2, narrow))
+    again = study.run(done.request, machine._replace(uncertain=tuple(narrow)))
     first = influences(again, "macro_settling")[0]
     assert (first.parameter.name, first.high, first.effect) == ("coulomb", math.inf, math.inf)
 
@@ -98,14 +96,14 @@ def test_strongest_takes_the_hardest_requirement(done: Study) -> None:
     assert abs(ranked[0].correlation.value) >= abs(ranked[1].correlation.value)
 
 
-def test_workers_change_nothing(request_: Request, machine: Job) -> None:
-    one, three = (study.run(request_, subject(machine, n)) for n in (1, 3))
+def test_workers_change_nothing(request_: Request, machine: Subject) -> None:
+    one, three = (study.run(request_, machine._replace(workers=n)) for n in (1, 3))
     np.testing.assert_array_equal(one.rows, three.rows)
     np.testing.assert_array_equal(one.single, three.single)
 
 
-def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machine: Job) -> None:
-    found = study.run(request_, subject(machine, 2), lambda k, _: k >= 9)
+def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machine: Subject) -> None:
+    found = study.run(request_, machine, lambda k, _: k >= 9)
     assert found.interrupted
     assert 8 <= len(found.rows) < 40
     np.testing.assert_array_equal(found.rows, done.rows[: len(found.rows)])
@@ -115,50 +113,34 @@ def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machin
 
 
 def test_interrupted_in_the_tornado_keeps_the_sample(
-    request_: Request, done: Study, machine: Job
+    request_: Request, done: Study, machine: Subject
 ) -> None:
-    found = study.run(request_, subject(machine, 2), lambda k, _: k >= 50)
+    found = study.run(request_, machine, lambda k, _: k >= 50)
     assert found.interrupted
     np.testing.assert_array_equal(found.rows, done.rows)
     assert not np.isnan(found.single[0, 0, 0])
     assert np.isnan(found.single[-1, 1, 0])
 
 
-def test_an_end_that_is_no_machine_is_reported(request_: Request, machine: Job) -> None:
+def test_an_end_that_is_no_machine_is_reported(request_: Request, machine: Subject) -> None:
     """A belt's share of 0.7 cannot be doubled: it is at most 1."""
     base = replaced(request_.settings, "bench.belt.participation", 0.7)
-    found = study.run(request_._replace(settings=base), subject(machine, 2))
+    found = study.run(request_._replace(settings=base), machine)
     assert list(found.impossible) == ["belt_share high"]
     assert np.isnan(found.single[ORDER.index("belt_share"), 1]).all()
     assert not math.isnan(influences(found, "micro_error")[0].effect)
 
 
-def test_a_failing_job_is_not_hidden(request_: Request, machine: Job) -> None:
-    def evaluate(variants: Variants, first: int = 0) -> np.ndarray:
-        if len(variants.values):
-            raise ZeroDivisionError(f"variant {first}")
-        return np.empty((0, len(NAMES)))
+def test_a_failing_job_is_not_hidden(request_: Request, machine: Subject) -> None:
+    def run(tree: object, seed: int) -> list[float]:
+        raise ZeroDivisionError(f"seed {seed}")
 
-    machine.evaluate = evaluate  # type: ignore[method-assign]
-    with pytest.raises(ZeroDivisionError, match="variant 0"):
-        study.run(request_, subject(machine, 2))
-
-
-def test_variants_are_the_settings(request_: Request) -> None:
-    """Every path that is varied, in SI, and the seed."""
-    sample = draw(request_.settings, UNCERTAIN, 10, 0)
-    trees = [settings_at(request_.settings, UNCERTAIN, a) for a in sample.amounts]
-    found = variants(UNCERTAIN, trees, range(10))
-    for row, tree, seed in zip(found.values, trees, range(10), strict=True):
-        pairs = zip(found.paths, row, strict=True)
-        changes = {path: float(value) for path, value in pairs if path != SEED}
-        again = changed(request_.settings, changes)
-        assert again == tree
-        assert row[found.paths.index(SEED)] == seed
+    with pytest.raises(ZeroDivisionError, match="seed 7"):
+        study.run(request_, machine._replace(run=run))
 
 
 def test_the_limit_itself_is_met_and_what_is_unknown_is_not(done: Study) -> None:
-    requirement = next(r for r in REQUIRED if r.metric.name == "micro_error")
+    requirement = next(r for r in done.request.requirements if r.metric.name == "micro_error")
     rows = np.zeros((5, len(NAMES)))
     rows[:, NAMES.index("micro_error")] = [5.0, 5.0 + 1e-9, math.inf, math.nan, 0.0]
     found = done._replace(rows=rows)
@@ -166,8 +148,8 @@ def test_the_limit_itself_is_met_and_what_is_unknown_is_not(done: Study) -> None
     assert found.met().all()
 
 
-def test_without_a_tornado_only_the_sample_runs(request_: Request, machine: Job) -> None:
-    found = study.run(request_._replace(single=False), subject(machine, 2))
+def test_without_a_tornado_only_the_sample_runs(request_: Request, machine: Subject) -> None:
+    found = study.run(request_._replace(single=False), machine)
     assert len(found.rows) == 40 and not found.interrupted
     assert np.isnan(found.single).all() and not found.impossible
 

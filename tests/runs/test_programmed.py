@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import macromicro
-from macromicro import batch, simulate
+from macromicro import batch, programme, simulate
 from macromicro.batch import Variants
 from macromicro.errors import InputError
 from macromicro.recording import Recording
@@ -46,7 +46,7 @@ def test_the_command_records_the_same(wanted: Recording, tmp_path: Path) -> None
 
 
 def test_a_procedure_runs_the_same(wanted: Recording) -> None:
-    what = job.load(Path(job.programmes.find(WHAT)), OTHER)
+    what = programmed.load(programme.find(WHAT), OTHER)
     same(Lab().runner()(what, OTHER, 4, False), wanted)
 
 
@@ -74,7 +74,7 @@ def test_the_recording_tells_what_ran_and_how_it_ended() -> None:
 
 def test_a_recording_is_replayed_by_the_same_function(wanted: Recording) -> None:
     """Beside what the controller asks for now stands what it did; the sensors are the same."""
-    what = job.load(Path(job.programmes.find(WHAT)), OTHER)
+    what = programmed.load(programme.find(WHAT), OTHER)
     found = programmed.record(what, OTHER, on=wanted).recording
     assert found["hall_voltage"].tobytes() == wanted["hall_voltage"][: len(found)].tobytes()
     assert np.abs(found["ctrl"] - found["recorded_ctrl"]).max() < 1e-9

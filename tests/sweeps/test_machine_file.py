@@ -13,7 +13,7 @@ from macromicro import batch
 from macromicro.batch import Variants
 from macromicro.errors import InputError
 from macromicro.machines import composite, compositions, programmes
-from macromicro.machines.trial import trial
+from macromicro.machines.runs import StageSetup
 from macromicro.sweeps._spec import load
 
 
@@ -33,7 +33,7 @@ def test_it_gives_the_figures_of_single_runs(lab: Path) -> None:
         tree = settings.with_("x.friction.coulomb", f"{coulomb:g} N")
         under = composite.under(machine, tree)
         moves = programmes.chosen(under, tree, str(lab / "moves.toml"))
-        found = trial(under, tree, programmes.plan(under, tree, moves), 0)
+        found = StageSetup(under, tree, programmes.plan(under, tree, moves)).trial(0)
         for name in ("missed", "settling"):
             assert row[names.index(name)] == getattr(found, name), name
 

@@ -13,7 +13,7 @@ from macromicro.plant import phase
 from macromicro.schema import config
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
-from macromicro.uncertainty.machines import centre, columns, draw, refusal, settings_at
+from macromicro.uncertainty.machines import centre, draw, refusal, settings_at
 from macromicro.uncertainty.ranges import FACTOR, SHIFT, VALUE
 from macromicro.uncertainty.table import UNCERTAIN, Uncertain
 
@@ -91,16 +91,6 @@ def test_refusal_names_bounds() -> None:
     words = refusal(replaced(BASE, "bench.belt.frequency", 500.0), UNCERTAIN)
     assert words is not None
     assert "bench.belt.frequency" in words
-
-
-def test_columns_are_what_the_settings_have() -> None:
-    sample = draw(BASE, UNCERTAIN, 12, 1)
-    trees = [settings_at(BASE, UNCERTAIN, row) for row in sample.amounts]
-    paths, values = columns(UNCERTAIN, trees)
-    assert values.shape == (12, len(paths))
-    assert values[:, paths.index("bench.carriage.mass")].tolist() == [
-        tree.bench.carriage.mass for tree in trees
-    ]
 
 
 def test_a_stream_of_its_own_shares_no_machine() -> None:

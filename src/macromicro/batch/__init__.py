@@ -11,7 +11,7 @@ recording is kept. Each variant gives the same bits as a single run with its par
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 from macromicro.batch._engine import cores, run, trajectories
@@ -34,39 +34,14 @@ __all__ = [
 ]
 
 
-def _macro_bench(**options: Any) -> Job:
-    from macromicro.batch.macro_bench import MacroBenchJob
-
-    return MacroBenchJob(**options)
-
-
-def _micro_bench(**options: Any) -> Job:
-    from macromicro.batch.micro_bench import MicroBenchJob
-
-    return MicroBenchJob(**options)
-
-
-def _programme(**options: Any) -> Job:
-    from macromicro.batch.programme_job import ProgrammeJob
-
-    return ProgrammeJob(**options)
-
-
-def _stage(machine: str) -> Callable[..., Job]:
-    def make(**options: Any) -> Job:
-        from macromicro.batch.stage_job import StageJob
-
-        return StageJob(machine, **options)
-
-    return make
-
-
-JOBS: dict[str, Callable[..., Job]] = {
-    "macro-bench": _macro_bench,
-    "micro-bench": _micro_bench,
-    "programme": _programme,
-    **{machine: _stage(machine) for machine in ("axis", "piezo", "wire", "rotary", "xy")},
+# Classes of the jobs that have a name of their own, within this package.
+_OWN = {
+    "macro-bench": ("macro_bench", "MacroBenchJob"),
+    "micro-bench": ("micro_bench", "MicroBenchJob"),
+    "programme": ("programme_job", "ProgrammeJob"),
 }
+_MACHINES = ("axis", "piezo", "wire", "rotary", "xy")
+JOBS = (*_OWN, *_MACHINES)
 
 
 def job(name: str, **options: Any) -> Job:
@@ -97,9 +72,13 @@ def job(name: str, **options: Any) -> Job:
     >>> [metric.name for metric in job.metrics][:3]
     ['settling_time', 'rise_time', 'overshoot']
     """
-    if name in JOBS:
-        return JOBS[name](**options)
-    if plugins.spelled(name) or is_toml(name):
-        return _stage(name)(**options)
+    if name in _OWN:
+        module, kind = _OWN[name]
+        made: Job = getattr(import_module(f"{__name__}.{module}"), kind)(**options)
+        return made
+    if name in _MACHINES or plugins.spelled(name) or is_toml(name):
+        from macromicro.batch.stage_job import StageJob
+
+        return StageJob(name, **options)
     accepted = f"{' or '.join(JOBS)}; MODULE:MACHINE of your own; or a machine's file (.toml)"
     raise InputError("job", name, accepted)

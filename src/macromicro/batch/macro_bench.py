@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from macromicro import recorded
 from macromicro.arrays import Array
-from macromicro.batch.variants import (
-    Metric,
-    Trajectories,
-    Variants,
-    applied,
-    checked,
-    named,
-    shipped,
-    table,
-)
+from macromicro.batch.variant_job import VariantJob
+from macromicro.batch.variants import Metric, Variants, named
+from macromicro.columns import Column
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
 from macromicro.design import steps
@@ -60,9 +54,7 @@ def judged(law: MacroLaw, target: float, x: Array, sent: Array) -> tuple[float, 
 
 
 def law_of(settings: Settings) -> MacroLaw:
-    return control_settings.prepare(
-        settings.controller, table=shipped(), pitch=settings.sensors.encoder.pitch
-    ).macro
+    return control_settings.prepare(settings.controller, pitch=settings.sensors.encoder.pitch).macro
 
 
 def _part(settings: Settings) -> MacroBench:
@@ -80,15 +72,14 @@ def run(settings: Settings, target: float, samples: int) -> tuple[MacroLaw, Arra
     return law, carriage.run(_part(settings), law, True, np.full(samples, target), 0.5)
 
 
-class MacroBenchJob:
+class MacroBenchJob(VariantJob):
     """A step of the bench's macro-stage from rest at 0 at 1 kHz, never parked.
 
     The path "reference" sets a variant's own step [counts].
     """
 
-    name = "macro-bench"
-    metrics = METRICS
-    block = 1
+    name, metrics, beside = "macro-bench", METRICS, REFERENCE
+    traced = ("macro_position", "motor")
 
     def __init__(
         self,
@@ -96,47 +87,33 @@ class MacroBenchJob:
         reference: float = COUNTS,
         length: float = 10.0,
     ) -> None:
-        self._settings = Settings() if settings is None else settings
-        self._known = table(self._settings)
+        super().__init__(Settings() if settings is None else settings)
         self._reference = float(reference)
         if not 2.0 * PERIOD <= length <= 3600.0:
             raise InputError("length", f"{length} s", "from 2 ms to an hour")
         self._samples = round(length / PERIOD)
         _step(self._reference, "reference")
 
-    def base(self) -> Settings:
-        return self._settings
-
-    def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        values = checked(self._known, variants, first, (REFERENCE,))
+    def prepare(self) -> None:
         for step in carriage.KERNELS:
-            law_of(self._settings).machine(step)  # once, before threads ask for it
-        out = np.empty((len(values), len(METRICS)))
-        for k, row in enumerate(values):
-            law, target, seen = self._run(variants.paths, row, first + k)
-            out[k] = judged(law, target, seen[0], seen[1])
-        return out
+            law_of(self._settings).machine(step)
 
-    def _run(
-        self, paths: tuple[str, ...], row: Array, number: int
-    ) -> tuple[MacroLaw, float, Array]:
-        """Law and target [counts] of a variant, and the rows of its run."""
-        settings = applied(self._settings, paths, row, number, (REFERENCE,))
-        target = self._reference
-        if REFERENCE in paths:
-            target = _step(float(row[paths.index(REFERENCE)]), named(number, REFERENCE))
+    def _own(self, variants: Variants, values: Array, first: int) -> list[float]:
+        if REFERENCE not in variants.paths:
+            return [self._reference] * len(values)
+        column = values[:, variants.paths.index(REFERENCE)]
+        return [_step(float(v), named(first + k, REFERENCE)) for k, v in enumerate(column)]
+
+    def one(self, settings: Settings, target: float) -> tuple[float, ...]:
         law, seen = run(settings, target, self._samples)
-        return law, target, seen
+        return judged(law, target, seen[0], seen[1])
 
-    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        values = checked(self._known, variants, first, (REFERENCE,))
-        t = np.arange(self._samples, step=every, dtype=np.float64) * PERIOD
-        shown = np.empty((2, len(values), len(t)))
-        for k, row in enumerate(values):
-            _, _, seen = self._run(variants.paths, row, first + k)
-            shown[:, k] = seen[:2, ::every]
-        columns = {"macro_position": shown[0], "motor": shown[1]}
-        return Trajectories(t, columns, {"macro_position": "count", "motor": "V"})
+    def columns(self) -> tuple[Column, ...]:
+        return recorded.named(*self.traced)
+
+    def courses(self, settings: Settings, target: float) -> dict[str, Array]:
+        _, seen = run(settings, target, self._samples)
+        return dict(zip(self.traced, seen[:2], strict=True))
 
 
 def _step(target: float, where: str) -> float:

@@ -6,17 +6,16 @@ import math
 
 import numpy as np
 
-from macromicro.batch.bench_job import BenchJob
-from macromicro.batch.scratch import Scratch
-from macromicro.batch.variants import Metric, shipped
+from macromicro.batch.programme_job import TwoStageJob
+from macromicro.batch.variants import Metric
 from macromicro.control import settings as control_settings
 from macromicro.design.response import smoothed
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.recording import Recording
+from macromicro.runs.programmed import TwoStageSetup
 from macromicro.runs.sequence import LEVELS, MEAN, TIMES, micro_steps, settling
 from macromicro.settings import Settings
-from macromicro.simulate import Outcome
 
 HOLD, TAIL = 2.0, 0.5  # s
 
@@ -35,43 +34,46 @@ def steps() -> Programme:
     return micro_steps(LEVELS, HOLD, TIMES)
 
 
-def judged(seen: Recording, settings: Settings) -> list[float]:
-    times = settling(seen)
-    laser = smoothed(seen["laser"], MEAN)
-    beyond, left, before = 0.0, 0.0, 0.0
-    rows, tail = round(HOLD / PERIOD), round(TAIL / PERIOD)
-    for time, level in zip(TIMES, LEVELS, strict=True):
-        a = round(time / PERIOD)
-        error = 1e6 * level - laser[a : a + rows]
-        beyond = max(beyond, float((-math.copysign(1.0, level - before) * error).max()))
-        left = max(left, abs(float(error[-tail:].mean())))
-        before = level
-    first = round(TIMES[0] / PERIOD)
-    errors = 1e3 * seen["micro_reference"][first:] - laser[first:]
-    law = control_settings.prepare(settings.controller, table=shipped()).micro
-    effort = seen["ctrl"][first:]
-    full = (effort <= law.low) | (effort >= law.high)
-    return [
-        float(np.mean(times[:2])),
-        float(np.mean(times[2:])),
-        beyond,
-        left,
-        1e-3 * float(np.abs(errors).sum()) * PERIOD,
-        float(full.mean()),
-    ]
-
-
-class MicroBenchJob(BenchJob):
+class MicroSteps(TwoStageSetup):
     """The steps on the whole bench with its guard, the carriage at rest at 0."""
 
-    name = "micro-bench"
-    metrics = METRICS
-    columns = ("t", "laser", "micro_reference", "ctrl")
+    metrics, judged = METRICS, ("t", "laser", "micro_reference", "ctrl")
 
-    def programme(self, settings: Settings) -> Programme:
-        return steps()
+    def measured(self, recording: Recording, code: int) -> list[float]:
+        if code:
+            return [*[math.nan] * (len(METRICS) - 1), float(code)]
+        times = settling(recording)
+        laser = smoothed(recording["laser"], MEAN)
+        beyond, left, before = 0.0, 0.0, 0.0
+        rows, tail = round(HOLD / PERIOD), round(TAIL / PERIOD)
+        for time, level in zip(TIMES, LEVELS, strict=True):
+            a = round(time / PERIOD)
+            error = 1e6 * level - laser[a : a + rows]
+            beyond = max(beyond, float((-math.copysign(1.0, level - before) * error).max()))
+            left = max(left, abs(float(error[-tail:].mean())))
+            before = level
+        first = round(TIMES[0] / PERIOD)
+        errors = 1e3 * recording["micro_reference"][first:] - laser[first:]
+        law = control_settings.prepare(self.settings.controller).micro
+        effort = recording["ctrl"][first:]
+        full = (effort <= law.low) | (effort >= law.high)
+        return [
+            float(np.mean(times[:2])),
+            float(np.mean(times[2:])),
+            beyond,
+            left,
+            1e-3 * float(np.abs(errors).sum()) * PERIOD,
+            float(full.mean()),
+            0.0,
+        ]
 
-    def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        if not outcome.finished:
-            return [*[math.nan] * (len(METRICS) - 1), float(outcome.watch.fault)]
-        return [*judged(place.recording(), settings), 0.0]
+
+class MicroBenchJob(TwoStageJob):
+    name, metrics = "micro-bench", METRICS
+
+    def __init__(self, settings: Settings | None = None, seed: int = 0, fan: bool = False) -> None:
+        super().__init__(Settings() if settings is None else settings, seed)
+        self._fan = fan
+
+    def setup(self, settings: Settings) -> MicroSteps:
+        return MicroSteps(settings, steps(), fan=self._fan)

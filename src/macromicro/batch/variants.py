@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.control import calibration
-from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.schema.config import check
 from macromicro.schema.keys import EXACT
 from macromicro.schema.par import Entry, changed, entries
 
 SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
-
-
-@cache
-def shipped() -> Calibration:
-    """The shipped Hall calibration, read once."""
-    return calibration.shipped()
 
 
 class Variants(NamedTuple):

@@ -13,12 +13,13 @@ from macromicro.calibration.references import Instrument
 from macromicro.calibration.targets import Visits
 from macromicro.columns import Column
 from macromicro.errors import MacromicroError
-from macromicro.machines import composite, on_rig, open_rig, planning, runs, tree
+from macromicro.machines import composite, on_rig, open_rig, performing, planning, runs, tree
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.sequence import HOLDING
 from macromicro.machines.stage import Kind
 from macromicro.recording import Recording
 from macromicro.rig.session import Fixture
+from macromicro.simulate import Outcome
 
 Progress = Callable[[int, int], None]
 
@@ -100,9 +101,11 @@ def measure(
     true = ["true_x", "true_y"] if plane else [f"{start}true_position" for start in starts]
     kinds = composite.stages(machine).kinds
     plan = targets.planned(machine, settings, visits)
-    sink = _sink(machine, settings, kinds, runs.columns(machine), true)
+    sink = _sink(machine, settings, kinds, performing.columns(machine), true)
     report = _reported(plan, progress)
-    outcome = runs.perform(machine, settings, plan, sink, seed=seed, progress=report, bench=bench)
+    outcome = performing.perform(
+        machine, settings, plan, sink, seed=seed, progress=report, bench=bench
+    )
     rests = _rests(sink, outcome, visits)
     scale = np.array([place.per for place in composite.places(machine)])
     random = np.random.default_rng([seed, 230])
@@ -125,8 +128,7 @@ def recorded(
         how: dict[str, Any] = {"seed": seed, "warn": False, "bench": bench}
         done = runs.record(machine, settings, plan, **how)
     else:
-        rests = [fixture.rest for fixture in rigs]
-        done = on_rig.record(machine, settings, plan, on_rig.opened(rigs, seed), rests)
+        done = runs.record(machine, settings, plan, on=on_rig.opened(rigs, seed))
     if done.outcome.fault is not None:
         raise MacromicroError(f"{what} were ended: {done.outcome.fault.text}")
     return done.recording
@@ -166,13 +168,12 @@ def on_rigs(
 ) -> Readings:
     """Go to each position on rigs that have a reference beside their encoder."""
     rigs = [Noting(fixture.open(seed + k)) for k, fixture in enumerate(fixtures)]
-    group = on_rig.Rigs(rigs)
+    group = on_rig.Rigs(rigs, [fixture.rest for fixture in fixtures])
     kinds = open_rig.stages(composite.stages(machine), group.members).kinds
     plan = targets.planned(machine, settings, visits)
-    sink = _sink(machine, settings, kinds, runs.columns(machine, group.members), [])
-    idle = [fixture.rest for fixture in fixtures]
+    sink = _sink(machine, settings, kinds, performing.columns(machine, group.members), [])
     report = _reported(plan, progress)
-    outcome = on_rig.perform(machine, settings, plan, sink, group, idle, report)
+    outcome = on_rig.perform(machine, settings, plan, sink, group, report)
     rests = _rests(sink, outcome, visits)
     seen = [_at_rest(np.array(rig.notes), rests[:, 0], sink.last) for rig in rigs]
     return _readings(machine, kinds, visits, rests, np.stack(seen, axis=1))
@@ -222,7 +223,7 @@ def _reported(plan: planning.Planned, progress: Progress | None) -> Callable[[fl
     return reached
 
 
-def _rests(sink: Rests, outcome: runs.Outcome, visits: Visits) -> Array:
+def _rests(sink: Rests, outcome: Outcome, visits: Visits) -> Array:
     """The rests at the positions that count: a row each."""
     if outcome.fault is not None:
         raise MacromicroError(f"the calibration was ended: {outcome.fault.text}")

@@ -32,5 +32,5 @@ def agreed(lines: list[str], where: str, *, yes: bool) -> None:
 
 def before(job: Any, yes: bool) -> None:
     """Ask before a run on the user's rig."""
-    if lines := job.intent():
+    if lines := job.setup.intent(job.source):
         agreed(lines, f"--rig {job.request.rig}", yes=yes)

@@ -70,6 +70,8 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     from macromicro.runs import job as experiment
     from macromicro.runs.folder import chosen, held
     from macromicro.schema.text import printable
+    from macromicro.settings import Settings
+    from macromicro.settings import chosen as choose
     from macromicro.units import quantity
 
     behind = None if lag is None else quantity(lag, "s", "--lag")
@@ -85,6 +87,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     request = experiment.Request(
         str(programme), folder, config, seed=seed, overwrite=overwrite, rig=rig, law=law
     )
+    choose(Settings(), config, law)  # refuses other machines
     job = experiment.check(request)
     if rig.startswith(SCHEME):
         raise ProblemError(f"--rig {rig}", "learning needs a machine that moves, not a recording")

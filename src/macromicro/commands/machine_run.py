@@ -13,17 +13,18 @@ def show(name: str | None, key: str | None, law: str | None, config: Path | None
     from macromicro.machines import compositions
 
     if config is None:
-        made = compositions.named(name or compositions.UNNAMED, "--machine")
-        _print(made, compositions.by_default(made, law), key)
+        machine = compositions.named(name or compositions.TWO_STAGE.name, "--machine")
+        _print(machine, compositions.by_default(machine, law), key)
         return
     if name is not None:
         raise ProblemError("--machine", "not allowed with --config, whose file names the machine")
-    made = compositions.chosen(config)
-    _print(made, made.load(config, law), key)
+    _print(compositions.chosen(config), compositions.settings_of(config, law), key)
 
 
-def _print(made: Any, settings: Any, key: str | None) -> None:
-    text = made.as_toml(settings, key)
+def _print(machine: Any, settings: Any, key: str | None) -> None:
+    from macromicro.machines.machine import as_toml
+
+    text = as_toml(machine, settings, key)
     _warn(settings, key)
     print(text, end="")
 

@@ -20,21 +20,21 @@ if TYPE_CHECKING:
 def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> None:
     """Run a programme on a machine."""
     from macromicro.commands import asking
-    from macromicro.machines import job as jobs
     from macromicro.report import terminal
     from macromicro.report.run import as_json as to_json
     from macromicro.report.write import reported, write
+    from macromicro.runs import job as jobs
     from macromicro.runs.folder import held
 
-    job = jobs.of_any(request)
+    job = jobs.check(request)
     asking.before(job, yes)
-    with held(job.out, overwrite=job.request.overwrite, names=job.names):
+    with held(job.out, overwrite=job.request.overwrite, names=job.setup.files):
         tell(job.settings)
-        for notice in job.notices():
+        for notice in job.setup.notices(job.source):
             print(notice, file=sys.stderr)
         if job.waits:
-            with compiling(job.is_compiled()):
-                job.compile()
+            with compiling(job.setup.is_compiled()):
+                job.setup.compile()
         signals.later()
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
         ended = performed(job, terminal.progress(job), signals)
@@ -67,7 +67,7 @@ def performed(
     signals: Signals,
 ) -> Any:
     """The run that a job describes. A signal ends the run with a whole recording and no report."""
-    from macromicro.runs.job import Stop
+    from macromicro.runs.job import Stop, execute
 
     reached = 0.0
     try:
@@ -81,7 +81,7 @@ def performed(
                     signals.ignore()
                     raise Stop
 
-            return job.execute(step)
+            return execute(job, step)
     except Stop:
         said = f"interrupted at {reached:.3f} s; the recording is in {job.out}"
         print(f"macromicro: {said}", file=sys.stderr)

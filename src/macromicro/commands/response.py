@@ -39,7 +39,7 @@ def response(
     macro-stage gets the linear model (4.4) only.
     """
     from macromicro.drawing.files import formats
-    from macromicro.machines.compositions import UNNAMED
+    from macromicro.machines.compositions import TWO_STAGE
     from macromicro.report import bode, responses
     from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
@@ -48,7 +48,7 @@ def response(
     kinds, asked = formats(figures), responses.Asked(low, high, count, seed)
     keys.seed(seed, "--seed")
     keys.whole(count, 2, 10_000, "--count")
-    usual = Path("results") / f"response-{config.stem if config else UNNAMED}"
+    usual = Path("results") / f"response-{config.stem if config else TWO_STAGE.name}"
     place = folder.chosen(out, usual, overwrite=overwrite)
     stages = responses.stages(config, asked)
     for name in stages:

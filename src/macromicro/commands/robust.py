@@ -86,8 +86,8 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     kinds = formats(figures)
     found = ready(config, programme, law, workers, fan=fan, variants=variants)
-    tell(found.settings)
-    for each in doubts.found(found.settings):
+    tell(found.setup.settings)
+    for each in doubts.found(found.setup.settings):
         print(f"macromicro: warning: {each.text}", file=sys.stderr)
     request = found.request(samples, seed, requirements)
     place = folder.chosen(out, Path("results") / f"robust-{found.place}", overwrite=overwrite)
@@ -106,11 +106,11 @@ def _robust(
     from macromicro.schema.config import difference
 
     kinds, as_json = how
-    announce_compiling(asked.is_compiled())
-    asked.compile()
+    announce_compiling(asked.setup.is_compiled())
+    asked.setup.compile()
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
-    with progress(asked.title, "runs") as pace:
+    with progress(asked.setup.title, "runs") as pace:
 
         def report(done: int, total: int) -> bool:
             pace.reach(done, total)
@@ -120,7 +120,7 @@ def _robust(
     overrides = difference(request.settings, asked.subject.default)
     about = About(
         asked.programme,
-        asked.title,
+        asked.setup.title,
         asked.fan,
         started.isoformat(sep=" ", timespec="seconds"),
         time.perf_counter() - began,

@@ -14,7 +14,6 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.machines import board_limits, compositions
 from macromicro.machines import machine as machines
 from macromicro.machines import rig as rigs
-from macromicro.machines.composition import TURNS
 from macromicro.machines.parts import NONE
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
@@ -27,7 +26,7 @@ from macromicro.settings import Settings
 
 def virtual(path: Path | None, kind: str = "", *, calibrate: bool = False) -> Place:
     """A virtual machine of which only pitch, period and D/A range are known."""
-    if path is None or compositions.chosen(path).family == TURNS:
+    if path is None or compositions.is_two_stage(path):
         if calibrate:
             problem = "the carriage of the two-stage machine is not calibrated"
             raise ProblemError("--calibrate", problem, "Leave it out, or give another --config.")

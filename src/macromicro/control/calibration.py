@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import resources
 from typing import Annotated, NamedTuple
 
@@ -35,6 +36,7 @@ def position(p: Calibration, volts: float) -> float:
     return float(p.position[i] + share * (p.position[i + 1] - p.position[i]))
 
 
+@cache
 def shipped() -> Calibration:
     """The calibration of the default bench, made by ``macromicro.identify.hall``."""
     return _parsed(

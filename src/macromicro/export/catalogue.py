@@ -17,7 +17,6 @@ from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.kernel import is_kernel
 from macromicro.machines import compositions
 from macromicro.machines import machine as machines
-from macromicro.machines.composition import TURNS
 from macromicro.schema import plugins
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import printable
@@ -28,12 +27,12 @@ def every(config: Path | None = None) -> Made:
     """All units of a machine's settings; without them, of all machines with their defaults."""
     found: Made = {}
     if config is not None:
-        whole = compositions.chosen(config)
-        if whole.family == TURNS:
+        if compositions.is_two_stage(config):
             return two_stage(load_overrides(config, Settings()))
+        whole = compositions.chosen(config).name
         for name, machine, settings in compositions.each(config):
-            alone_ = machine._replace(name=f"{whole.name}.{name}") if name else machine
-            found |= of_machine(alone_, settings)
+            own = machine._replace(name=f"{whole}.{name}") if name else machine
+            found |= of_machine(own, settings)
         return found
     found |= two_stage(Settings())
     for machine in machines.MACHINES:

@@ -20,12 +20,11 @@ from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
 from macromicro.control.supervisor import Progress, Supervisor
-from macromicro.control.two_stage import TwoStage
 from macromicro.errors import MacromicroError
 from macromicro.nominal import PERIOD, PITCH
 from macromicro.plant.bench import Plant
 from macromicro.programme import Programme
-from macromicro.recorded import COLUMNS, NAMES
+from macromicro.recorded import COLUMNS
 from macromicro.recorder import Behind
 from macromicro.recording import Recording
 from macromicro.rig import guard
@@ -45,7 +44,6 @@ NEAR = 1.0  # counts
 SETTLE_S = 0.2
 PATIENCE_S = 20.0
 FLAGS = tuple(k for k, note in quantities(Sample).items() if not note.dtype.startswith("f"))
-_MOVE = NAMES.index("move")
 _TOLD = round(1.0 / PERIOD)  # periods between two calls of `progress`
 _SHOWN_AS = {note.column: channel for channel, note in quantities(Sample).items()}
 _SHOWN_AS |= {"hall_position": "hall"}
@@ -172,17 +170,16 @@ def follow(
     guarded = Guarded(rig, watchdog(limits, control.calibration), PERIOD)
     with Behind(sink) as behind:
 
-        def take(row: Array) -> None:
+        def take(row: Array, state: Progress) -> None:
             nonlocal rows
             behind.append(row)
             rows += 1
             if progress is not None and rows % _TOLD == 0:
-                progress(rows * PERIOD, int(row[_MOVE, 0]))
+                progress(rows * PERIOD, state.move)
 
         plan, start = simulate.plan(programme), supervisor.begin(0.0, control)
-        last: Progress = loop.run(guarded, TwoStage(control), plan, PERIOD, start, take, longest)
-    finished = last.phase == supervisor.DONE
-    return Outcome(finished, guarded.watch, rows * PERIOD, time.perf_counter() - began)
+        last = loop.run(guarded, control, plan, PERIOD, start, take, longest)
+    return simulate.outcome(last.phase == supervisor.DONE, guarded.watch, rows * PERIOD, began)
 
 
 def known(flag: Array) -> Array:

@@ -1,47 +1,37 @@
-"""All machines of every family."""
+"""All machines: by name, in a settings file or in a recording."""
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from macromicro.errors import ProblemError
-from macromicro.machines import _two_stage, composite
+from macromicro.machines import composite
 from macromicro.machines import machine as machines
 from macromicro.machines.composite import AnyMachine, Composite
-from macromicro.machines.composition import ONE, STEP, TURNS, Composition
-from macromicro.machines.guarding import Watch
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.machine import JOINT, KEY, Machine
-from macromicro.machines.signals import Output, Sample
 from macromicro.machines.tree import joined
 from macromicro.recording import Recording
 from macromicro.schema import config
 from macromicro.schema.text import parsed_toml, printable, read_toml
+from macromicro.settings import Settings
+from macromicro.settings import chosen as two_stage_settings
 
-UNNAMED = _two_stage.NAME  # of a settings file that names none
 
+class TwoStage(NamedTuple):
+    """The thesis' machine, whose stages take turns; its files need not name it."""
 
-def of(machine: Machine) -> Composition:
-    """A single-stage machine as a composition."""
-
-    def load(path: Path, law: str | None = None) -> Any:
-        return machines.load(path, law)[1]
-
-    return Composition(
-        name=machine.name,
-        title=machine.title,
-        family=ONE,
-        stages=("macro",),
-        settings=machine.settings,
-        sample=Sample,
-        outputs=Output,
-        truth=machine.kind.truth,
-        told=(machine.law.memory, Watch),
-        load=load,
-        as_toml=partial(machines.as_toml, machine),
+    name: str = Settings().machine()
+    title: str = (
+        "a friction-ridden carriage for the way, a shape-memory stage on it for the last 4 mm"
     )
+    settings: Settings = Settings()
+    written: str = ""
+
+
+TWO_STAGE = TwoStage()
+MACHINES: tuple[AnyMachine | TwoStage, ...] = (TWO_STAGE, XY_MACHINE, *machines.MACHINES)
 
 
 def machine(name: object, where: str) -> AnyMachine:
@@ -51,12 +41,38 @@ def machine(name: object, where: str) -> AnyMachine:
     return XY_MACHINE if name == JOINT else machines.named(name, where)
 
 
+def named(name: object, where: str) -> AnyMachine | TwoStage:
+    return TWO_STAGE if name == TWO_STAGE.name else machine(name, where)
+
+
+def chosen(path: Path | None) -> AnyMachine | TwoStage:
+    """The machine that a settings file, or none, is for."""
+    if path is None:
+        return TWO_STAGE
+    return named(_named(path), f"{printable(path, 300)}, {KEY}")
+
+
+def is_two_stage(path: Path | None) -> bool:
+    """Whether a settings file, or none, is for the two-stage machine."""
+    return isinstance(chosen(path), TwoStage)
+
+
+def _named(path: Path) -> object:
+    """What a settings file says of its machine."""
+    return read_toml(path, config.WHAT).get(KEY, TWO_STAGE.name)
+
+
 def load(path: Path, law: str | None = None) -> tuple[AnyMachine, Any]:
     """The machine that a settings file names, under the law that it chooses, and its settings."""
     whole = machine(_named(path), f"{printable(path, 300)}, {KEY}")
     if not isinstance(whole, Composite):
         return machines.load(path, law)
-    settings = of_several(whole).load(path, law)
+    composite.refuse_law(law, composite.names(whole))
+    settings, table = whole.settings, config.table(path)
+    table.pop(KEY, None)
+    if table:
+        with config.named_by_file(path):
+            settings = config.overridden(settings, table, printable(path, 300))
     return composite.under(whole, settings), settings
 
 
@@ -71,76 +87,34 @@ def with_settings(path: Path, law: str | None, settings: Any) -> tuple[AnyMachin
     return composite.under(machine, settings), settings
 
 
-def is_two_stage(path: Path | None) -> bool:
-    """Whether a settings file, or none, is for the two-stage machine."""
-    return path is None or chosen(path).family == TURNS
+def settings_of(path: Path, law: str | None = None) -> Any:
+    """The settings in a file of any machine."""
+    if is_two_stage(path):
+        return two_stage_settings(Settings(), path, law)
+    return load(path, law)[1]
+
+
+def by_default(machine: AnyMachine | TwoStage, law: str | None) -> Any:
+    """The settings of a machine without a file."""
+    if isinstance(machine, TwoStage):
+        return two_stage_settings(machine.settings, None, law)
+    if law is None:
+        return machine.settings
+    if isinstance(machine, Composite):
+        composite.refuse_law(law, composite.names(machine))
+    return joined(machine.settings, law, "--law")
 
 
 def recorded(recording: Recording) -> tuple[AnyMachine, Any] | None:
     """The machine of a recording and its settings; None: the two-stage machine."""
     text, where = recording.attributes.get("settings"), "the recording's settings"
     table = parsed_toml(text, where) if isinstance(text, str) else {}
-    name = table.pop(KEY, UNNAMED)
-    if name == UNNAMED:
+    name = table.pop(KEY, TWO_STAGE.name)
+    if name == TWO_STAGE.name:
         return None
     whole = machine(name, where)
     settings = config.overridden(whole.settings, table, where)
     return composite.under(whole, settings), settings
-
-
-def _named(path: Path) -> object:
-    """What a settings file says of its machine."""
-    return read_toml(path, config.WHAT).get(KEY, UNNAMED)
-
-
-def of_several(whole: Composite) -> Composition:
-    """A machine of several stages as a composition."""
-
-    def load(path: Path, law: str | None = None) -> Any:
-        composite.refuse_law(law, composite.names(whole))
-        file, table = printable(path, 300), config.table(path)
-        table.pop(KEY, None)
-        with config.named_by_file(path):
-            return config.overridden(whole.settings, table, file) if table else whole.settings
-
-    first = whole.stages[0][1]
-    return Composition(
-        name=whole.name,
-        title=whole.title,
-        family=STEP,
-        stages=composite.names(whole),
-        settings=whole.settings,
-        sample=Sample,
-        outputs=Output,
-        truth=first.kind.truth,
-        told=(first.law.memory, Watch),
-        load=load,
-        as_toml=partial(machines.as_toml, whole),
-    )
-
-
-COMPOSITIONS: tuple[Composition, ...] = (
-    _two_stage.COMPOSITION,
-    of_several(XY_MACHINE),
-    *(of(each) for each in machines.MACHINES),
-)
-
-
-def named(name: object, where: str) -> Composition:
-    for each in COMPOSITIONS:
-        if each.name == name:
-            return each
-    return of(machines.named(name, where))
-
-
-def chosen(path: Path | None) -> Composition:
-    """The machine that a settings file is for."""
-    if path is None:
-        return named(UNNAMED, KEY)
-    name, where = _named(path), f"{printable(path, 300)}, {KEY}"
-    if isinstance(name, dict):
-        return of_several(composite.from_table(name, where))
-    return named(name, where)
 
 
 def each(path: Path) -> list[tuple[str, Machine, Any]]:
@@ -148,13 +122,3 @@ def each(path: Path) -> list[tuple[str, Machine, Any]]:
     machine, settings = load(path)
     trees = machine.trees(settings)
     return [(name, one, tree) for (name, one), tree in zip(machine.stages, trees, strict=True)]
-
-
-def by_default(composition: Composition, law: str | None) -> Any:
-    if law is None:
-        return composition.settings
-    if composition.family == ONE:
-        return joined(composition.settings, law, "--law")
-    if composition.family == STEP:
-        composite.refuse_law(law, composition.stages)
-    return _two_stage.by_default(law)

@@ -23,7 +23,7 @@ from macromicro.conformance import (
 )
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, is_kernel
-from macromicro.machines import composite, period, planning, results, stage, tree
+from macromicro.machines import composite, performing, period, planning, results, stage, tree
 from macromicro.machines import runs as machine_runs
 from macromicro.machines.machine import Machine, as_toml, under
 from macromicro.machines.signals import Sample
@@ -186,7 +186,7 @@ def _compiled(machine: Machine) -> str:
     settings = machine.settings
     plan = planning.plan(planning.usual(settings), settings)
     stages, noise = composite.stages(machine), (_noise(machine, _PERIODS),)
-    control, bench = machine_runs.loops(machine, settings, plan), composite.bench(machine, settings)
+    control, bench = performing.loops(machine, settings, plan), composite.bench(machine, settings)
     interpreted, found = period.period(stages), []
     for run in (interpreted, compiled(interpreted)):
         begin = period.beginning(stages, bench, control)

@@ -291,4 +291,5 @@ def as_toml(machine: Machine | Any, settings: Any, only: str | None = None) -> s
     mass = "0.5 kg"  # moving mass without payload, at the load (data sheet or drawing)
     """
     body = config.as_toml(settings, only)
-    return body if only is not None else f"{KEY} = {machine.written}\n{body}"
+    named = only is None and machine.written
+    return f"{KEY} = {machine.written}\n{body}" if named else body

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -11,12 +11,11 @@ from typing import Any, Self
 import numpy as np
 
 from macromicro.errors import InputError, MacromicroError, ProblemError
-from macromicro.machines import board_limits, composite, planning, runs
+from macromicro.machines import board_limits, composite, performing, planning
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import Machine
 from macromicro.machines.planning import Planned
-from macromicro.machines.runs import Blocks, Outcome
 from macromicro.machines.sequence import Plan
 from macromicro.machines.stage_trees import all_of
 from macromicro.motion import s_curve
@@ -27,8 +26,9 @@ from macromicro.rig.board.rig import BOARD_LOOP
 from macromicro.rig.opening import OPTION, TWIN, open_rig
 from macromicro.rig.replay import SCHEME
 from macromicro.rig.session import BENCH, Fixture
+from macromicro.runs.setup import Blocks, Progress
 from macromicro.schema.text import printable
-from macromicro.simulate import Sink
+from macromicro.simulate import Outcome, Sink
 from macromicro.types import Outputs
 
 AND = "+"  # between the names of rigs
@@ -96,10 +96,13 @@ def _from(place: float, plan: Plan, settings: Any) -> Plan:
 
 
 class Rigs:
-    """Several rigs on one clock: in step, or one moving while the others keep their efforts."""
+    """Several rigs on one clock: in step, or one moving while the others keep their efforts.
 
-    def __init__(self, rigs: Sequence[Any]) -> None:
-        self.rigs = tuple(rigs)
+    Each stays switched off for its rest (s) before a run.
+    """
+
+    def __init__(self, rigs: Sequence[Any], rests: Sequence[float] = ()) -> None:
+        self.rigs, self.rests = tuple(rigs), rests or [0.0] * len(rigs)
         self.together = False
         self.members = tuple(Member(self, k) for k in range(len(self.rigs)))
 
@@ -153,7 +156,8 @@ class Member:
 
 def opened(rigs: Sequence[Fixture], seed: int) -> Rigs:
     """Rigs on one clock, for one run."""
-    return Rigs([rig.open(seed + k) for k, rig in enumerate(rigs)])
+    each = [rig.open(seed + k) for k, rig in enumerate(rigs)]
+    return Rigs(each, [rig.rest for rig in rigs])
 
 
 def perform(
@@ -162,39 +166,24 @@ def perform(
     planned: Planned,
     sink: Sink,
     rigs: Rigs,
-    rests: Sequence[float] = (),
-    progress: Callable[[float, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Outcome:
     """Run a plan on rigs, from wherever they stand; outputs are safe however it ends.
 
-    Each stays switched off for its rest, goes to the start of its plan, then all run in step.
+    Each goes to the start of its plan, then all run in step.
     """
     trees, plans = machine.trees(settings), planning.each(planned)
     with contextlib.ExitStack() as left:
         for rig in rigs.members:
             left.enter_context(rig)
-        for rig, rest in zip(rigs.members, rests or [0.0] * len(rigs.members), strict=True):
+        for rig, rest in zip(rigs.members, rigs.rests, strict=True):
             rig.idle(rest)
         for (_, stage), *each in zip(machine.stages, trees, plans, rigs.members, strict=True):
             bring(stage, *each)
         rigs.together = True
-        with Behind(sink, runs.CHUNK) as behind:
+        with Behind(sink, performing.CHUNK) as behind:
             how: Any = {"on": rigs.members, "progress": progress}
-            return runs.perform(machine, settings, planned, behind, **how)
-
-
-def record(
-    machine: AnyMachine,
-    settings: Any,
-    planned: Planned,
-    rigs: Rigs,
-    rests: Sequence[float] = (),
-    title: str = "",
-) -> runs.Done:
-    """`perform`, in memory."""
-    blocks, columns = Blocks(), runs.columns(machine, rigs.members)
-    outcome = perform(machine, settings, planned, blocks, rigs, rests)
-    return runs.recorded(machine, settings, planned, blocks, columns, outcome, title)
+            return performing.perform(machine, settings, planned, behind, **how)
 
 
 def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
@@ -204,11 +193,11 @@ def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
         return
     way = _from(place, plan, settings)
     blocks, unit = Blocks(), place_of(settings)
-    outcome = runs.perform(machine, settings, way, blocks, on=rig)
+    outcome = performing.perform(machine, settings, way, blocks, on=rig)
     where = f"the way to {unit.told(way.target[0])}, where the programme begins"
     if outcome.fault is not None:
         raise MacromicroError(f"{where}: {outcome.fault.text}")
-    rows = [c.name for c in runs.columns(machine, rig)]
+    rows = [c.name for c in performing.columns(machine, rig)]
     last = float(blocks.blocks[-1][rows.index("position"), -1]) / unit.per
     if not abs(last - way.target[0]) <= settings.arrival.tolerance:
         raise MacromicroError(f"{where}: the stage stopped at {unit.told(last)}")

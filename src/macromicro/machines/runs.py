@@ -1,230 +1,159 @@
-"""Runs a programme on a machine: compiled simulation, or any rigs."""
+"""Runs of a machine of one stage, or of several on one clock."""
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-import macromicro
 from macromicro import interpreting
-from macromicro.arrays import Array
-from macromicro.columns import Column, whole
-from macromicro.kernel import cache_folder
-from macromicro.machines import (
-    composite,
-    correcting,
-    guarding,
-    lines,
-    open_rig,
-    planning,
-    results,
-    tree,
-)
-from macromicro.machines import period as clocked
-from macromicro.machines.composite import AnyMachine
-from macromicro.machines.guard_words import OTHER_AXIS
-from macromicro.machines.guarding import OK, Watch
+from macromicro.batch.variants import Metric
+from macromicro.columns import Column
+from macromicro.drawing import files
+from macromicro.errors import ProblemError
+from macromicro.machines import composite, on_rig, performing, period, planning, results, trial
+from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.machine import as_toml
+from macromicro.machines.on_rig import Rigs
 from macromicro.machines.planning import Planned
-from macromicro.machines.sequence import DONE, Plan
-from macromicro.machines.stage import Loop, compiles
-from macromicro.machines.stage_trees import all_of
-from macromicro.place import Place, plain
+from macromicro.machines.stage import compiles
 from macromicro.programme import Programme
 from macromicro.recording import Recording
-from macromicro.recording_format import Attribute
-from macromicro.rig.faults import SWITCHED_OFF, Fault, ended
-from macromicro.rig.twin import noise_source
-from macromicro.runs import arrivals
-from macromicro.schema import config
-from macromicro.simulate import Sink
+from macromicro.rig.session import Fixture
+from macromicro.runs import folder
+from macromicro.runs.arrivals import Rest
+from macromicro.runs.setup import Done, Progress, Setup
+from macromicro.simulate import Outcome, Sink
 from macromicro.types import Rig
+from macromicro.uncertainty import stages
+from macromicro.uncertainty.table import Uncertain
 
-CHUNK = 5000  # periods
-LIVE = 50  # periods of a rig after which the sink has them
+FIGURES = ("response", "moves")  # of a machine of one stage
+PATH_FIGURES = ("path", "axes")  # of one of several
 
-Progress = Callable[[float, int], None]
+MOST_DRAWN = 6  # metrics
+
+On = Rigs | Sequence[Rig] | Rig | None
 
 
-class Outcome(NamedTuple):
-    finished: bool  # whether the programme came to its end
-    watches: tuple[Watch, ...]  # last states of the stages' guards
-    simulated: float  # time on the machine, s
-    wall: float
-    names: tuple[str, ...]
-    places: tuple[Place, ...]  # units of their positions
+class StageSetup(Setup):
+    """Stages with a programme; `bench` has the settings of a simulated machine of another kind."""
+
+    remedy, kernels = results.REMEDY, "period.period"
+
+    def __init__(
+        self,
+        machine: AnyMachine,
+        settings: Any,
+        plan: Planned,
+        *,
+        programme: Any = None,
+        title: str = "",
+        bench: Any = None,
+    ) -> None:
+        self.machine, self.settings, self.plan, self.bench = machine, settings, plan, bench
+        self.name, self.default = machine.name, machine.settings
+        self.programme, self.title = programme, title or getattr(programme, "title", "")
+        self.period = composite.period(machine, settings)
+        self.expected = performing.expected(machine, settings, plan)
+        self.attributes = {"machine": machine.name}
+        self.place = machine.stages[0][1].kind.place
+        drawn = PATH_FIGURES if isinstance(machine, Composite) else FIGURES
+        self.files = (folder.RECORDING, folder.SUMMARY, folder.PAGE, *files.names(drawn))
 
     @property
-    def watch(self) -> Watch:
-        """That of the guard that found a fault, or the first."""
-        return next((w for w in self.watches if w.fault not in (OK, OTHER_AXIS)), self.watches[0])
+    def planned(self) -> int:
+        """Number of moves."""
+        return len(planning.each(self.plan)[0].target)
 
     @property
-    def fault(self) -> Fault | None:
-        k = self.watches.index(self.watch)
-        found = guarding.describe(self.watches[k], self.places[k])
-        if found is None or not self.names[k]:
-            return found
-        whose = all_of(len(self.names))
-        evidence = found.evidence.replace(SWITCHED_OFF, f"{whose}: {SWITCHED_OFF}")
-        return found._replace(message=f"Axis {self.names[k]}: {found.message}", evidence=evidence)
+    def timed(self) -> bool:
+        """Whether set points come by time, and wait for no arrival."""
+        return bool(np.isfinite(planning.each(self.plan)[0].end))
 
+    @property
+    def _simulated(self) -> tuple[AnyMachine, Any, Planned]:
+        return self.machine, self.settings, self.plan
 
-class Blocks:
-    """A sink in memory."""
+    def with_settings(self, settings: Any) -> StageSetup:
+        return StageSetup(self.machine, settings, self.plan, programme=self.programme)
 
-    def __init__(self) -> None:
-        self.blocks: list[Array] = []
+    def as_toml(self) -> str:
+        return as_toml(self.machine, self.settings)
 
-    def append(self, block: Array) -> None:
-        self.blocks.append(block)
+    def columns(self, on: On = None) -> tuple[Column, ...]:
+        return performing.columns(self.machine, on.members if isinstance(on, Rigs) else on)
 
+    def perform(
+        self, sink: Sink, *, on: On = None, seed: int = 0, progress: Progress | None = None
+    ) -> Outcome:
+        if isinstance(on, Rigs):
+            return on_rig.perform(*self._simulated, sink, on, progress)
+        how: Any = {"on": on, "seed": seed, "progress": progress, "bench": self.bench}
+        return performing.perform(*self._simulated, sink, **how)
 
-class Done(NamedTuple):
-    recording: Recording
-    outcome: Outcome
+    @property
+    def _compiles(self) -> bool:
+        return all(compiles(one.law) for _, one in self.machine.stages)
 
+    def compile(self) -> None:
+        # Interpreted, a period shows whether its kernels compile.
+        stages, given = performing.begun(*self._simulated, count=0 if self._compiles else 1)
+        period.fastest(stages)(*given)
 
-def loop(settings: Any, plan: Plan, names: Sequence[str] = ()) -> Loop:
-    """What controls a stage; `names` are those of all stages."""
-    corrected: Any = ()
-    if tree.is_corrected(settings):
-        corrected = correcting.tables(settings, names)
-    wired = lines.wired(settings)
-    gains, guard, arrival = map(plain, (tree.gains(settings), settings.guard, settings.arrival))
-    return Loop(gains, guard, arrival, plan, wired, corrected)
+    def runs_interpreted(self) -> bool:
+        stages, given = performing.begun(*self._simulated, count=0)
+        periods = self.expected / self.period
+        loop = period.period(stages)
+        return self._compiles and interpreting.is_quicker(loop, periods, *given)
 
+    def found(self, rig: str, seed: int) -> tuple[Fixture, ...] | None:
+        return on_rig.found(rig, self.machine, self.settings, seed)
 
-def loops(machine: AnyMachine, settings: Any, planned: Planned) -> tuple[Loop, ...]:
-    trees = machine.trees(settings)
-    names = composite.names(machine)
-    return tuple(loop(*each, names) for each in zip(trees, planning.each(planned), strict=True))
+    def opened(self, source: Sequence[Fixture] | None, seed: int) -> Rigs | None:
+        return None if source is None else on_rig.opened(source, seed)
 
+    def intent(self, source: Sequence[Fixture] | None) -> list[str]:
+        if source is None:
+            return []
+        return on_rig.said(*self._simulated, self.title, source, self.expected)
 
-def longest(machine: AnyMachine, settings: Any, planned: Planned) -> float:
-    """Upper bound of a programme's duration: every move times out."""
-    return max(
-        _longest(own, plan)
-        for own, plan in zip(machine.trees(settings), planning.each(planned), strict=True)
-    )
+    def results(self, recording: Recording) -> dict[str, Any]:
+        return {"moves": results.of(self.machine, recording, self.plan, self.settings)}
 
+    def uncertain(self, *, variants: bool = False) -> tuple[Uncertain, ...]:
+        if variants:
+            raise ProblemError("--variants", "only for the two-stage machine")
+        return stages.uncertain(self.machine, self.settings)
 
-def _longest(settings: Any, plan: Plan) -> float:
-    if not np.isnan(plan.end):
-        return plan.end + 1.0
-    each = float(settings.arrival.patience + 3.0 * settings.timing.period)
-    waits = len(plan.target) * each
-    return float(plan.length.sum() + plan.hold.sum()) + waits + 1.0
+    def kept(self, drawn: Any) -> Any:
+        return stages.kept(self.machine, self.settings, drawn)
 
+    @property
+    def main(self) -> tuple[str, ...]:
+        """Errors on the way and at rest before all others."""
+        names = [each.name for each in self.metrics[2:]]
+        last = ("mean_settling", "effort", "rough")
+        return tuple(sorted(names, key=lambda name: name.startswith(last))[:MOST_DRAWN])
 
-def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
-    plan = planning.each(planned)[0]
-    if not np.isnan(plan.end):
-        return plan.end
-    each = max(2.0 * own.arrival.dwell for own in machine.trees(settings))
-    return float(plan.length.sum() + plan.hold.sum()) + float(each) * len(plan.target)
+    @property
+    def limits(self) -> dict[str, tuple[float, str]]:
+        if not (isinstance(self.machine, Composite) and self.machine.has_plane):
+            return {}
+        return {"contour": (1e6 * self.settings.path.tolerance, "path.tolerance")}
 
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        return trial.metrics(self.machine)
 
-def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold a machine already."""
-    return any(cache_folder().rglob("period.period*.nbi"))
+    def measured(self, recording: Recording, code: int) -> Any:
+        return trial.measured(*self._simulated, recording, code)
 
-
-def runs_interpreted(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
-    """Whether a run is over before its machine would be compiled, so that it does not wait."""
-    stages, given = _begun(machine, settings, planned, 0)
-    if not all(map(compiles, stages.laws)):
-        return False
-    periods = expected(machine, settings, planned) / composite.period(machine, settings)
-    return interpreting.is_quicker(clocked.period(stages), periods, *given)
-
-
-def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
-    """Compile a machine, or load it from the cache."""
-    # Interpreted, a period shows whether its kernels compile.
-    count = 0 if all(map(compiles, composite.stages(machine).laws)) else 1
-    stages, given = _begun(machine, settings, planned, count)
-    clocked.fastest(stages)(*given)
-
-
-def _begun(machine: AnyMachine, settings: Any, planned: Planned, count: int) -> Any:
-    """The stages of a machine, and what its loop is given at the start for so many periods."""
-    stages, bench = composite.stages(machine), composite.bench(machine, settings)
-    control = loops(machine, settings, planned)
-    noise = tuple(np.zeros((count, kind.noises)) for kind in stages.kinds)
-    block = np.empty((len(clocked.columns(stages)), count))
-    begin = clocked.beginning(stages, bench, control)
-    dt = composite.period(machine, settings)
-    return stages, (bench, control, begin, noise, block, dt)
-
-
-def columns(machine: AnyMachine, on: Sequence[Rig] | Rig | None = None) -> tuple[Column, ...]:
-    stages = composite.stages(machine)
-    return clocked.columns(stages if on is None else open_rig.stages(stages, rigs(on)))
-
-
-def rigs(on: Sequence[Rig] | Rig) -> tuple[Rig, ...]:
-    """One rig a stage."""
-    return tuple(on) if isinstance(on, Sequence) else (on,)
-
-
-def perform(
-    machine: AnyMachine,
-    settings: Any,
-    planned: Planned,
-    sink: Sink,
-    *,
-    on: Sequence[Rig] | Rig | None = None,
-    seed: int = 0,
-    progress: Progress | None = None,
-    bench: Any = None,
-) -> Outcome:
-    """Run a plan on a machine into a sink; the same seed gives the same bits.
-
-    `bench` has the settings of the simulated machine where the laws know others.
-
-    On rigs the drives are enabled first, and outputs are safe however the run ends.
-    """
-    dt, control = composite.period(machine, settings), loops(machine, settings, planned)
-    stages, random, began = composite.stages(machine), noise_source(seed), time.perf_counter()
-    with ExitStack() as entered:
-        if on is None:
-            params, chunk, period = (
-                composite.bench(machine, settings if bench is None else bench),
-                CHUNK,
-                clocked.quickest(stages, expected(machine, settings, planned) / dt),
-            )
-        else:
-            for rig in rigs(on):
-                entered.enter_context(rig)
-            trees, chunk = machine.trees(settings), LIVE
-            stages, params = open_rig.stages(stages, rigs(on)), open_rig.bench(trees, rigs(on))
-            period = clocked.period(stages)
-            rise = max(lines.rise(own) for own in trees)
-            open_rig.switched_on(params.stages, stages.kinds, rise, dt)
-        run, rows = clocked.beginning(stages, params, control), clocked.columns(stages)
-        limit = round(longest(machine, settings, planned) / dt)
-        while run.tick < limit and not run.over:
-            noise = tuple(random.standard_normal((chunk, kind.noises)) for kind in stages.kinds)
-            block = np.empty((len(rows), chunk))
-            run, written = period(params, control, run, noise, block, dt)
-            done = block[:, :written]
-            sink.append(done if on is None else whole(done, rows))
-            if progress is not None:
-                progress(run.tick * dt, run.progress.move)
-    return Outcome(
-        finished=run.progress.phase == DONE,
-        watches=tuple(part.watch for part in run.parts),
-        simulated=run.tick * dt,
-        wall=time.perf_counter() - began,
-        names=stages.names,
-        places=tuple(kind.place for kind in stages.kinds),
-    )
+    def rests(self, recording: Recording) -> list[Rest]:
+        if self.timed:
+            return []
+        return results.rests(self.results(recording)["moves"], composite.places(self.machine))
 
 
 def record(
@@ -232,64 +161,14 @@ def record(
     settings: Any,
     programme: Programme | Planned,
     *,
-    on: Sequence[Rig] | Rig | None = None,
+    on: On = None,
     title: str = "",
     seed: int = 0,
     warn: bool = True,
     bench: Any = None,
 ) -> Done:
-    """`perform`, in memory."""
-    if isinstance(programme, Programme):
-        title = title or programme.title
-        planned: Planned = planning.plan(programme, settings)
-    else:
-        planned = programme
-    blocks, there = Blocks(), columns(machine, on)
-    outcome = perform(machine, settings, planned, blocks, on=on, seed=seed, bench=bench)
-    return recorded(machine, settings, planned, blocks, there, outcome, title, seed, warn=warn)
-
-
-def recorded(
-    machine: AnyMachine,
-    settings: Any,
-    planned: Planned,
-    blocks: Blocks,
-    there: Sequence[Column],
-    outcome: Outcome,
-    title: str = "",
-    seed: int = 0,
-    *,
-    warn: bool = True,
-) -> Done:
-    """A run as a recording, with a warning of moves that did not arrive."""
-    attributes = about(machine, settings, title, seed=seed)
-    attributes |= ended(outcome.finished, outcome.fault)
-    rows = np.concatenate([np.empty((len(there), 0)), *blocks.blocks], axis=1)
-    dt = composite.period(machine, settings)
-    made = Recording.from_arrays(there, rows, dt, attributes)
-    if warn and np.isnan(planning.each(planned)[0].end):  # what comes by time waits for no arrival
-        moves = results.of(machine, made, planned, settings)
-        place = outcome.places[0]
-        arrivals.warn(results.rests(moves, outcome.places), results.REMEDY, place, stacklevel=4)
-    return Done(made, outcome)
-
-
-def about(
-    machine: AnyMachine, settings: Any, title: str, *, seed: int, cycles: int = 1
-) -> dict[str, Attribute]:
-    """Attributes of the recording."""
-    return {
-        "version": macromicro.__version__,
-        "machine": machine.name,
-        "programme": title,
-        "seed": seed,
-        "cycles": cycles,
-        "overrides": json.dumps(overridden(machine, settings)),
-        "settings": as_toml(machine, settings),
-    }
-
-
-def overridden(machine: AnyMachine, settings: Any) -> dict[str, str]:
-    """Parameters that differ from the machine's defaults, as text with units."""
-    found = config.difference(settings, machine.settings)
-    return {k: v[1:-1] if v[:1] == v[-1:] == '"' else v for k, v in found.items()}
+    """A run in memory."""
+    moving = programme if isinstance(programme, Programme) else None
+    planned: Any = programme if moving is None else planning.plan(moving, settings)
+    setup = StageSetup(machine, settings, planned, programme=moving, title=title, bench=bench)
+    return setup.record(on=on, seed=seed, warn=warn)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from macromicro.columns import Quantity
-from macromicro.machines import composite, planning, results, runs
+from macromicro.batch.variants import Metric
+from macromicro.columns import Quantity, layout
+from macromicro.machines import composite, planning, results
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.machine import Machine
 from macromicro.machines.planning import Planned
+from macromicro.place import LENGTH
 from macromicro.recording import Recording
+from macromicro.schema.par import NO_UNIT
 
 
 class Trial(NamedTuple):
@@ -74,14 +76,19 @@ def _joint(names: tuple[str, ...], places: tuple[Any, ...], has_plane: bool) -> 
     return NamedTuple("JointTrial", fields)
 
 
-def trial(machine: AnyMachine, settings: Any, planned: Planned, seed: int) -> Any:
-    done = runs.record(machine, settings, planned, seed=seed, warn=False)
-    return measured(machine, settings, planned, done)
+def metrics(machine: AnyMachine) -> tuple[Metric, ...]:
+    """The figures of a run, with their units."""
+    place = machine.stages[0][1].kind.place if isinstance(machine, Machine) else LENGTH
+    return tuple(
+        Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning)
+        for c in layout(kind(machine), place=place).columns
+    )
 
 
-def measured(machine: AnyMachine, settings: Any, planned: Planned, done: runs.Done) -> Any:
-    """Figures of a run that was recorded."""
-    recording, fault = done.recording, done.outcome.watch.fault
+def measured(
+    machine: AnyMachine, settings: Any, planned: Planned, recording: Recording, fault: int
+) -> Any:
+    """Figures of a run that a fault, by its code, or 0 ended."""
     moves = results.of(machine, recording, planned, settings)
     planned_moves = len(planning.each(planned)[0].target)
     whole = fault == 0 and len(moves) == planned_moves
@@ -131,29 +138,3 @@ def _rough(recording: Recording, column: str) -> float:
     if len(recording) < 2:
         return 0.0
     return float(np.sqrt(np.mean(np.diff(recording[column]) ** 2)))
-
-
-def trials(
-    machine: AnyMachine,
-    trees: Sequence[Any],
-    planned: Planned,
-    seeds: Sequence[int],
-    workers: int,
-    done: Callable[[int], bool] = lambda n: False,
-) -> list[Any]:
-    """Run a plan on many machines, in threads; compiled runs release the lock."""
-    if trees:
-        runs.compile_machine(machine, trees[0], planned)
-    found: list[Any] = []
-    with ThreadPoolExecutor(workers) as pool:
-        waiting = [
-            pool.submit(trial, machine, tree, planned, seed)
-            for tree, seed in zip(trees, seeds, strict=True)
-        ]
-        for each in waiting:
-            found.append(each.result())
-            if done(len(found)):
-                for rest in waiting:
-                    rest.cancel()
-                break
-    return found

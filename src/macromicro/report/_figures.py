@@ -40,7 +40,7 @@ def fine_laser(recording: Recording) -> Array:
 
 def first_cycle(ended: Ended) -> slice:
     """Rows of the first cycle: the whole run, if there is only one."""
-    end = np.searchsorted(ended.recording["move"], ended.job.per_cycle)
+    end = np.searchsorted(ended.recording["move"], ended.job.setup.per_cycle)
     return slice(0, int(end))
 
 
@@ -146,7 +146,7 @@ def micro(ended: Ended) -> PageFigure | None:
     fine = [m for m in ended.moves if m.stage == "micro"]
     if not fine:
         return None
-    recording, size = ended.recording, ended.job.per_cycle
+    recording, size = ended.recording, ended.job.setup.per_cycle
     t, laser = recording["t"], fine_laser(recording)
     cycle = ended.moves[-1].move // size
     a = int(np.searchsorted(recording["move"], cycle * size))

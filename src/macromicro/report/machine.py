@@ -6,18 +6,16 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-import numpy as np
-
 from macromicro.drawing.page import PageFigure
-from macromicro.machines import composite, doubts, planning, results
+from macromicro.machines import composite, doubts, results
 from macromicro.machines.composite import Composite
-from macromicro.machines.job import Ended
 from macromicro.machines.joint.settings import UPPER
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
 from macromicro.report import joint_figures, run, stage_figures
 from macromicro.report.run import Line, RunReport, amount
 from macromicro.runs import arrivals
+from macromicro.runs.job import Ended
 from macromicro.schema.par import entries
 from macromicro.units import printed
 
@@ -34,7 +32,7 @@ _GAINS = 4  # that a line tells; the page has all
 
 
 def report(ended: Ended, started: str) -> RunReport:
-    job, machine = ended.job, ended.job.machine
+    job, machine = ended.job, ended.job.setup.machine
     return RunReport(
         opening=f"{run.cycles(job.request.cycles)} on the machine {machine.name} "
         f"({machine.title}), simulated, {run.origin(job.request.seed, started)}",
@@ -60,7 +58,7 @@ def doubt(settings: Any) -> str:
 
 
 def headings(ended: Ended) -> tuple[str, ...]:
-    machine = ended.job.machine
+    machine = ended.job.setup.machine
     if not isinstance(machine, Composite):
         return _ONE
     if machine.has_plane:
@@ -71,7 +69,7 @@ def headings(ended: Ended) -> tuple[str, ...]:
 
 
 def table(ended: Ended) -> list[Line]:
-    machine = ended.job.machine
+    machine = ended.job.setup.machine
     if not isinstance(machine, Composite):
         return _table_of_one(ended)
     return [
@@ -93,7 +91,7 @@ def _line(m: Any, stage: str, target: str, errors: Iterable[str]) -> Line:
 def _table_of_one(ended: Ended) -> list[Line]:
     lines = []
     # Errors of a stage that is exact to nanometres would all read 0.00 um.
-    kind = ended.job.machine.stages[0][1].kind
+    kind = ended.job.setup.machine.stages[0][1].kind
     place = kind.place
     fine = ended.job.settings.arrival.tolerance < place.smallest
     unit, scale = (place.finest, 1e6) if fine else (place.fine, 1e3)
@@ -113,7 +111,7 @@ def _table_of_one(ended: Ended) -> list[Line]:
 
 
 def _target(ended: Ended, m: Any) -> str:
-    units = [place.unit for place in composite.places(ended.job.machine)]
+    units = [place.unit for place in composite.places(ended.job.setup.machine)]
     if len(set(units)) == 1:
         return f"{', '.join(f'{value:.6g}' for value in m.target)} {units[0]}"
     return ", ".join(f"{value:.6g} {unit}" for value, unit in zip(m.target, units, strict=True))
@@ -127,27 +125,27 @@ def _plane_errors(m: Any) -> Iterator[str]:
 
 
 def _stage_errors(ended: Ended, m: Any) -> Iterator[str]:
-    for (_, one), own in zip(ended.job.machine.stages, m.axes, strict=True):
+    for (_, one), own in zip(ended.job.setup.machine.stages, m.axes, strict=True):
         for e in (own.peak_error, own.rest_error):
             yield amount(None if e is None else 1e3 * e, 2, one.kind.place.fine)
 
 
 def verdict(ended: Ended) -> str:
     job, moves = ended.job, ended.moves
-    place = job.machine.stages[0][1].kind.place
-    rests = results.rests(moves, composite.places(job.machine))
-    if np.isfinite(planning.each(job.plan)[0].end):  # set points come by time, and wait for nothing
+    place = job.setup.machine.stages[0][1].kind.place
+    rests = results.rests(moves, composite.places(job.setup.machine))
+    if job.setup.timed:  # set points come by time, and wait for nothing
         peak = max((m.peak_error for m in moves), default=None)
         return arrivals.verdict(rests, 0, place, followed=peak and peak / place.per)
-    return arrivals.verdict(rests, job.planned, place, doubt=doubt(job.settings))
+    return arrivals.verdict(rests, job.setup.planned, place, doubt=doubt(job.settings))
 
 
 def remarks(ended: Ended) -> list[tuple[str, str]]:
     job = ended.job
-    if isinstance(job.machine, Composite):
+    if isinstance(job.setup.machine, Composite):
         found = _of_several(ended)
     else:
-        found = _of_one(job.settings, job.machine.kind.place)
+        found = _of_one(job.settings, job.setup.machine.kind.place)
     return [*found, *run.speed(ended)]
 
 
@@ -173,7 +171,7 @@ def _motion(settings: Any, place: Any) -> str:
 
 
 def _of_several(ended: Ended) -> list[tuple[str, str]]:
-    machine, settings = ended.job.machine, ended.job.settings
+    machine, settings = ended.job.setup.machine, ended.job.settings
     plane = machine.has_plane
     found = _path(ended) if plane else []
     for (name, one), own in zip(machine.stages, machine.trees(settings), strict=True):
@@ -218,19 +216,19 @@ def _beside(whose: str, moves: list[tuple[float, float]], tolerance: float) -> s
 def problems(ended: Ended) -> list[str]:
     """Problems in a run of moves, a sentence each."""
     job = ended.job
-    found = run.stopped(ended, f"move {len(ended.moves)} of {job.planned}")
-    lost = arrivals.lost(results.rests(ended.moves, composite.places(job.machine)))
-    if lost and np.isnan(planning.each(job.plan)[0].end):
-        patience = max(own.arrival.patience for own in job.machine.trees(job.settings))
+    found = run.stopped(ended, f"move {len(ended.moves)} of {job.setup.planned}")
+    lost = arrivals.lost(results.rests(ended.moves, composite.places(job.setup.machine)))
+    if lost and not job.setup.timed:
+        patience = max(own.arrival.patience for own in job.setup.machine.trees(job.settings))
         found.append(f"{lost} within {patience:g} s of the profile's end")
     return found
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:
-    job, machine = ended.job, ended.job.machine
+    job, machine = ended.job, ended.job.setup.machine
     content = {
         "machine": machine.name,
-        **run.summary(ended, started, job.planned),
+        **run.summary(ended, started, job.setup.planned),
         "warnings": [text for _, text in warnings(job.settings)],
     }
     if not isinstance(machine, Composite):
@@ -254,10 +252,10 @@ def draw(ended: Ended) -> Iterator[PageFigure]:
     job, rows = ended.job, ended.recording
     if not len(rows):
         return
-    if not isinstance(job.machine, Composite):
+    if not isinstance(job.setup.machine, Composite):
         yield stage_figures.response(ended)
         yield stage_figures.settling(ended)
         return
-    if job.machine.has_plane:
-        yield joint_figures.path(rows, job.plan, job.settings.path.tolerance)
-    yield joint_figures.axes_over_time(rows, job.plan, job.machine, job.settings)
+    if job.setup.machine.has_plane:
+        yield joint_figures.path(rows, job.setup.plan, job.settings.path.tolerance)
+    yield joint_figures.axes_over_time(rows, job.setup.plan, job.setup.machine, job.settings)

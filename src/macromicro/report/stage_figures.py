@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
-from macromicro.machines.job import Ended
 from macromicro.report.run import CAPTIONS
+from macromicro.runs.job import Ended
 
 
 def response(ended: Ended) -> PageFigure:
     """Position with its set point, error and effort over the run."""
     r = ended.recording
-    place = ended.job.machine.kind.place
+    place = ended.job.setup.machine.kind.place
     t, band = r["t"], ended.job.settings.arrival.tolerance * place.fines
     figure, axes = new(7.4, 3, sharex=True)
     places, errors, efforts = axes[:, 0]
@@ -32,7 +32,7 @@ def response(ended: Ended) -> PageFigure:
 
 def settling(ended: Ended) -> PageFigure:
     r = ended.recording
-    place = ended.job.machine.kind.place
+    place = ended.job.setup.machine.kind.place
     band = ended.job.settings.arrival.tolerance * place.fines
     figure, axes = new(3.6, 1)
     ax = axes[0, 0]

@@ -142,7 +142,7 @@ def _vibration(ended: Ended) -> str:
     )
     if len(ended.vibration) > 1:
         every = [v.amplitude_um for v in ended.vibration]
-        cycle = sum(m.stage == "macro" and m.move < ended.job.per_cycle for m in ended.moves)
+        cycle = sum(m.stage == "macro" and m.move < ended.job.setup.per_cycle for m in ended.moves)
         moves = f"the {cycle}" if len(every) == cycle else f"{len(every)} of the {cycle}"
         text += f"; {min(every):.1f} to {max(every):.1f} um after {moves} macro moves of a cycle"
     return text

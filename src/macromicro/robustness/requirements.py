@@ -18,7 +18,6 @@ from macromicro.schema.text import printable, read_toml
 from macromicro.units import quantity, shown
 
 WHAT = "a requirements file (.toml)"
-NO_FAULT = "the guard must not stop a good machine"
 
 
 class Requirement(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,24 +14,9 @@ from macromicro.batch import Metric
 from macromicro.batch.variants import FAULT
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Share, share
+from macromicro.robustness.subject import Subject
+from macromicro.runs.trials import trials
 from macromicro.uncertainty.machines import Sample, centre, counted, draw, refusal, settings_at
-from macromicro.uncertainty.table import Uncertain
-
-
-class Subject(NamedTuple):
-    """What is run: a machine with a programme."""
-
-    name: str  # of the machine
-    metrics: tuple[Metric, ...]  # of a run: `FAULT` first, `CODE` last
-    main: tuple[str, ...]  # names of those that are drawn, six at most
-    # rows of metrics for settings and seeds, in order; the function gets the number of finished
-    # runs and returns whether to end early
-    evaluate: Callable[[Sequence[Any], Sequence[int], Callable[[int], bool]], Array]
-    uncertain: tuple[Uncertain, ...]  # what is varied
-    required: tuple[Requirement, ...]  # where a user names no others
-    default: Any  # settings that a file need not give
-    as_toml: Callable[[Any], str]  # of settings, for ``macromicro run --config``
-    kept: Callable[[Any], Any] = lambda tree: tree  # drawn settings, with what stays nominal
 
 
 class Request(NamedTuple):
@@ -107,8 +92,10 @@ def run(
     trees = [base, *machines, *ends.values()]
     seeds = [request.seed + i for i in range(len(machines))]
     seeds = [request.seed, *seeds, *[request.seed] * len(ends)]
-    table = subject.evaluate(trees, seeds, lambda done: progress(done, len(trees)))
-    table = table.reshape(-1, len(subject.metrics))
+    found = trials(
+        subject.run, trees, seeds, subject.workers, lambda done: progress(done, len(trees))
+    )
+    table = np.array(found, dtype=float).reshape(-1, len(subject.metrics))
     nominal = table[0] if len(table) else np.full(len(subject.metrics), math.nan)
     single = np.full((len(uncertain), 2, table.shape[1]), math.nan)
     for place, row in zip(ends, table[1 + request.samples :], strict=False):

@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 from macromicro import joining
 from macromicro.control import outside
-from macromicro.control.macro import NAMES
 from macromicro.errors import InputError, ProblemError
 from macromicro.schema.config import difference, load_overrides
 from macromicro.schema.keys import unknown
 from macromicro.schema.par import Entry, Par, entries
 from macromicro.schema.text import is_toml, printable
-from macromicro.settings import Settings, chosen
 
 if TYPE_CHECKING:
     from macromicro.batch import Job
-    from macromicro.batch.stage_job import StageJob
+    from macromicro.batch.variant_job import VariantJob
 
 Factory = Callable[..., "Job"]
 Options = tuple[tuple[str, Any], ...]
@@ -78,26 +76,19 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
 
 def laws(job: Job) -> tuple[tuple[str, str], ...]:
     """Identity of the user's law or machine that a job runs."""
-    base, found = job.base(), []
-    if _has_stages(job):
-        from macromicro.machines.tree import is_own
-
-        names = [tree.law for tree in job.trees if is_own(tree)]
-        for kind in job.kinds:
-            if joining.foreign(kind.advance):
-                found.append((f"machine {job.name}", joining.sources(kind.advance, kind.measure)))
-    else:
-        own = isinstance(base, Settings) and base.controller.macro_law not in NAMES
-        names = [base.controller.macro_law] if own else []
-    for name in dict.fromkeys(names):
+    if not _runs_machine(job):
+        return ()
+    found = [
+        (f"machine {job.name}", joining.sources(kind.advance, kind.measure)) for kind in job.kinds()
+    ]
+    for name in dict.fromkeys(job.laws()):
         outside.find(name, "law")
         found.append((f"law {name}", outside.digest(name)))
     return tuple(found)
 
 
-def _has_stages(job: Job) -> TypeGuard[StageJob]:
-    """Whether a job runs on another machine than the two-stage one."""
-    return hasattr(job, "trees")  # its class is known without an import of all machines
+def _runs_machine(job: Job) -> TypeGuard[VariantJob]:
+    return hasattr(job, "laws")  # its class is known without an import of all machines
 
 
 def plain_options(job: Job) -> dict[str, Any]:
@@ -143,30 +134,15 @@ def _made(factory: Factory, name: str, options: Options, file: str) -> Job:
         raise error.at(where) from None
 
 
-def _joined(tree: Any, law: str) -> Any:
-    from macromicro.machines.tree import joined
-
-    return joined(tree, law, "--law")
-
-
 def _tree(raw: object, path: Path, job: Job, law: str | None) -> Any:
-    base = job.base()
-    if law is not None:
-        if _has_stages(job):
-            if len(job.trees) > 1:
-                raise ProblemError(
-                    "--law", "not allowed here", "Name the law of each axis in the settings file."
-                )
-            base = _joined(base, law)
-        elif not isinstance(base, Settings):
-            raise ProblemError("--law", f"only with a job on a bench, not with {job.name}")
-        if raw is None:
-            return base if _has_stages(job) else chosen(base, None, law)
-    if not isinstance(raw, str) or "\0" in raw:
+    own = raw is not None or law is None
+    if own and (not isinstance(raw, str) or "\0" in raw):
         where = f"{printable(path, 300)}, config"
         raise InputError(where, printable(raw), "the name of a settings file (.toml)")
-    place = path.parent / raw
-    if _has_stages(job):
-        tree = load_overrides(place, base, job.name)
-        return tree if law is None else _joined(tree, law)
-    return load_overrides(place, base) if law is None else chosen(base, place, law)
+    place = path.parent / str(raw) if own else None
+    if _runs_machine(job):
+        return job.loaded(place, law)
+    if law is not None:
+        raise ProblemError("--law", f"only with a job on a bench, not with {job.name}")
+    assert place is not None
+    return load_overrides(place, job.base())

@@ -10,16 +10,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from macromicro import place as places
-from macromicro.batch.stage_job import metrics
 from macromicro.errors import ProblemError
-from macromicro.machines import loops, runs
+from macromicro.machines import loops
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.loops import Complex
 from macromicro.machines.machine import KEY, Machine
+from macromicro.machines.runs import StageSetup
 from macromicro.machines.tree import gains_set
-from macromicro.machines.trial import trial
 from macromicro.recording import Recording
-from macromicro.robustness import stage as robustness
 from macromicro.schema import config
 from macromicro.schema.par import changed, entries, value_at
 from macromicro.tuning.subject import (
@@ -32,6 +30,7 @@ from macromicro.tuning.subject import (
     Penalty,
     Subject,
 )
+from macromicro.uncertainty import stages
 from macromicro.uncertainty.table import Uncertain
 
 # Gains that are searched, by law.
@@ -112,8 +111,9 @@ class Planned(Subject):
 
     def __init__(self, machine: AnyMachine, settings: Any, plan: Any) -> None:
         self.kind, self.start, self.plan = machine, settings, plan
+        self.setup = StageSetup(machine, settings, plan)
         self.name = self.machine = machine.name
-        self.default, self.metrics = machine.settings, metrics(machine)
+        self.default, self.metrics = machine.settings, self.setup.metrics
 
     def knobs(self, settings: Any) -> tuple[Knob, ...]:
         units = {e.path: e.par.unit for e in entries(settings)}
@@ -125,21 +125,21 @@ class Planned(Subject):
         return changed(settings, dict(zip(self.paths, gains, strict=True)))
 
     def prepare(self) -> None:
-        runs.compile_machine(self.kind, self.start, self.plan)
+        self.setup.compile()
 
     def run(self, settings: Any, seed: int) -> Figures:
-        found: dict[str, float] = trial(self.kind, settings, self.plan, seed)._asdict()
-        return found
+        values = self.setup.with_settings(settings).trial(seed)
+        return dict(zip((metric.name for metric in self.metrics), values, strict=True))
 
     def recorded(self, settings: Any, seed: int) -> Recording:
-        return runs.record(self.kind, settings, self.plan, seed=seed, warn=False).recording
+        return self.setup.with_settings(settings).seen(seed)[0]
 
     @property
     def uncertain(self) -> tuple[Uncertain, ...]:
-        return robustness.uncertain(self.kind, self.start)
+        return self.setup.uncertain()
 
     def under(self, settings: Any, other: Any) -> Any:
-        return robustness.kept(self.kind, settings, other)
+        return stages.kept(self.kind, settings, other)
 
     def allowed(self, settings: Any) -> bool:
         return not any(own.together() for own in self.kind.trees(settings))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from macromicro.arrays import Array
 from macromicro.batch import Metric
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines.loops import Complex
+from macromicro.runs.trials import trials
 from macromicro.sampling import scaled
 from macromicro.schema.par import Entry, entries
 from macromicro.schema.text import printable
@@ -203,10 +203,7 @@ class Subject:
 
     def runs(self, trees: Sequence[Any], seeds: Sequence[int], workers: int) -> list[Figures]:
         """Figures of runs, in threads; compiled runs release the lock."""
-        if len(trees) == 1:
-            return [self.run(trees[0], seeds[0])]
-        with ThreadPoolExecutor(workers) as pool:
-            return list(pool.map(self.run, trees, seeds))
+        return trials(self.run, trees, seeds, workers)
 
     def weights(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Check the weights of penalties that a user asks for."""

@@ -95,11 +95,3 @@ def draw(
             "Change the settings, so that the parameters can vary.",
         )
     return Sample(np.array(good), refused, reason)
-
-
-def columns(
-    uncertain: Sequence[Uncertain], trees: Sequence[Settings]
-) -> tuple[tuple[str, ...], Array]:
-    """Values at the varied parameters, for a batch."""
-    paths = tuple(path for each in uncertain for path, _ in each.parts)
-    return paths, np.array([[float(value_at(tree, path)) for path in paths] for tree in trees])

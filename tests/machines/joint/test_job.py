@@ -8,13 +8,12 @@ import pytest
 
 from macromicro import ArrivalWarning, cli
 from macromicro.errors import InputError
-from macromicro.machines import compositions, job, machine, results, runs
-from macromicro.machines.job import Request
+from macromicro.machines import compositions, machine, performing, results, runs
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.settings import DEFAULT
 from macromicro.recording import Recording
-from macromicro.runs import folder
-from macromicro.runs.job import Stop
+from macromicro.runs import folder, job
+from macromicro.runs.job import Request, Stop
 from tests.command import BARE
 
 EXAMPLE = Path(__file__).parents[3] / "examples/machines/xy-plotter.toml"
@@ -103,7 +102,7 @@ def test_the_contour_is_measured_on_the_recording(files):
     made = job.check(Request(str(files / "p.toml"), files / "out", files / "m.toml"))
     ended = job.execute(made)
     r, found = ended.recording, ended.moves[1].contour
-    part = results.under_way(r, made.plan, 1)
+    part = results.under_way(r, made.setup.plan, 1)
     out = np.hypot(r["x_position"][part] - 2.0, r["y_position"][part] - 3.0) - 2.0
     inside = (r["x_position"][part] > 2.05) & (r["y_position"][part] > 3.05)
     assert found.peak >= np.abs(out[inside]).max() > 0.0
@@ -164,8 +163,8 @@ def test_a_run_stopped_from_outside_keeps_its_recording(files):
     with pytest.raises(Stop):
         job.execute(asked, stop)
     kept = Recording.load(files / "out" / folder.RECORDING)
-    assert len(kept) == runs.CHUNK
-    assert results.of(asked.machine, kept, asked.plan, asked.settings)
+    assert len(kept) == performing.CHUNK
+    assert results.of(asked.setup.machine, kept, asked.setup.plan, asked.settings)
 
 
 def test_its_settings_are_shown(files, monkeypatch, capsys):
@@ -198,9 +197,9 @@ def test_what_takes_one_stage_says_how_to_get_one_axis(files):
 
 def test_the_example_keeps_its_tolerance_with_the_gains_of_its_sheets():
     made = job.check(Request(config=EXAMPLE, out=Path("unused")))
-    done = runs.record(made.machine, made.settings, made.plan)
+    done = runs.record(made.setup.machine, made.settings, made.setup.plan)
     assert done.outcome.finished and done.outcome.fault is None
-    moves = results.of(made.machine, done.recording, made.plan, made.settings)
+    moves = results.of(made.setup.machine, done.recording, made.setup.plan, made.settings)
     assert len(moves) == 10 and all(m.arrived_s is not None for m in moves)
     assert max(m.contour.peak for m in moves) < 1e3 * made.settings.path.tolerance
     # What the encoders do not see: the corner that is farthest up leans by the squareness.

@@ -12,11 +12,12 @@ import pytest
 
 from macromicro import cli
 from macromicro.errors import InputError
-from macromicro.machines import job, on_rig
+from macromicro.machines import on_rig
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
-from macromicro.machines.runs import Blocks
 from macromicro.recording import Recording
+from macromicro.runs import job
+from macromicro.runs.setup import Blocks
 from macromicro.types import SAFE
 from tests.command import BARE
 
@@ -185,7 +186,7 @@ def test_interrupted_both_are_safe_and_nothing_is_lost(lab: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        what = (checked.machine, checked.settings, checked.plan, sink, pair)
+        what = (checked.setup.machine, checked.settings, checked.setup.plan, sink, pair)
         on_rig.perform(*what, progress=enough)
     assert sum(block.shape[1] for block in sink.blocks) == round(seen[-1] / 1e-3) > 500
     assert all(session._rig._outputs == SAFE for session in pair.rigs)

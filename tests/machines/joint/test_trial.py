@@ -4,17 +4,18 @@ import math
 
 import pytest
 
-from macromicro.machines import results, runs, trial
+from macromicro.machines import results, runs
 from macromicro.machines.joint import planning
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
+from macromicro.machines.runs import StageSetup
 from tests.machines.joint.axes import straight
 
 PLAN = planning.plan(straight((0.03, 0.02), (0.03, 0.02), (0.0, 0.03)), DEFAULT)
 
 
 def test_its_figures_are_those_of_the_moves():
-    found = trial.trial(XY_MACHINE, DEFAULT, PLAN, 3)
+    found = StageSetup(XY_MACHINE, DEFAULT, PLAN).trial(3)
     r = runs.record(XY_MACHINE, DEFAULT, PLAN, seed=3).recording
     moves = results.of(XY_MACHINE, r, PLAN, DEFAULT)
     assert moves[1].contour is None and moves[1].way == 0.0  # it stays
@@ -36,7 +37,7 @@ def test_its_figures_are_those_of_the_moves():
 
 def test_a_run_that_a_guard_stops_has_no_figures():
     strict = DEFAULT.with_("y.guard.error", "1 um")
-    found = trial.trial(XY_MACHINE, strict, PLAN, 0)
+    found = StageSetup(XY_MACHINE, strict, PLAN).trial(0)
     assert found.fault == 6.0 and found.missed == 3.0
     assert math.isnan(found.contour) and math.isnan(found.rms_contour)
 
@@ -44,12 +45,5 @@ def test_a_run_that_a_guard_stops_has_no_figures():
 def test_a_move_of_which_one_axis_never_arrives_takes_for_ever():
     never = DEFAULT.with_({"y.arrival.dwell": "1 s", "y.arrival.patience": "10 ms"})
     never = never.with_("x.arrival.patience", "10 ms")
-    found = trial.trial(XY_MACHINE, never, planning.plan(straight((0.01, 0.01)), never), 0)
+    found = StageSetup(XY_MACHINE, never, planning.plan(straight((0.01, 0.01)), never)).trial(0)
     assert found.missed == 1.0 and found.settling == math.inf and found.contour > 0.0
-
-
-def test_threads_change_nothing():
-    trees = [DEFAULT.with_("y.load.payload", f"{k / 10} kg") for k in range(3)]
-    one = trial.trials(XY_MACHINE, trees, PLAN, range(3), 1)
-    assert one == trial.trials(XY_MACHINE, trees, PLAN, range(3), 3)
-    assert len({t.rms_contour for t in one}) == 3

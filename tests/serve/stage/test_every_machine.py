@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.command import command as macromicro
@@ -12,7 +13,6 @@ from tests.serve.stage.test_served import served
 from macromicro.commission import collecting
 from macromicro.machines import compositions
 from macromicro.machines import machine as machines
-from macromicro.machines.composition import TURNS, Composition
 from macromicro.thesis.collecting import PROCEDURES
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
@@ -25,12 +25,12 @@ FILES = {
     "wire": ("wire-100um", "wire"),
     "xy": ("xy-plotter", "xy"),
 }
-EVERY = pytest.mark.parametrize("one", compositions.COMPOSITIONS, ids=lambda one: one.name)
+EVERY = pytest.mark.parametrize("one", compositions.MACHINES, ids=lambda one: one.name)
 QUICKLY = {"kiln": 0, "hall": 1}  # procedures of the thesis, the quickest first
 
 
 @pytest.fixture
-def file(one: Composition, tmp_path: Path) -> Path:
+def file(one: Any, tmp_path: Path) -> Path:
     """Its settings."""
     name = FILES[one.name][0]
     text = f'machine = "{one.name}"\n'
@@ -44,21 +44,21 @@ def command(file: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return macromicro(*words, "--config", file, cwd=file.parent)
 
 
-def procedure(one: Composition) -> str:
+def procedure(one: Any) -> str:
     """A laboratory procedure of a machine."""
-    if one.family == TURNS:
+    if one is compositions.TWO_STAGE:
         return min((p.name for p in PROCEDURES), key=lambda name: QUICKLY.get(name, 9))
     kind = "axis" if one.name == machines.JOINT else one.name
     return next(p.name for p in collecting.PROCEDURES if kind in p.machines)
 
 
 def test_every_machine_has_its_line_here() -> None:
-    assert set(FILES) == {one.name for one in compositions.COMPOSITIONS}
+    assert set(FILES) == {one.name for one in compositions.MACHINES}
 
 
 @EVERY
 @pytest.mark.slow  # a minute for each of some machines: all their commands
-def test_its_commands_work(one: Composition, file: Path) -> None:
+def test_its_commands_work(one: Any, file: Path) -> None:
     said = {}
     for words in (
         ("config", "show"),
@@ -85,7 +85,7 @@ def test_its_commands_work(one: Composition, file: Path) -> None:
 
 @EVERY
 @pytest.mark.slow  # compiled with its live loop
-def test_it_is_served(one: Composition, file: Path) -> None:
+def test_it_is_served(one: Any, file: Path) -> None:
     with served(file.parent, file.read_text(encoding="utf-8")) as client:
         assert client.ask("*IDN?")
         assert client.ask("SYST:LOCK:REQ?") == "1"

@@ -42,6 +42,7 @@ PUSHES = 0.5  # of arrival.tolerance: a law pushes a stage that rests farther fr
 CALM = 2.5  # of arrival.dwell: what a stage that has arrived may still be pushed without motion
 BEHIND = 1.5  # of arrival.tolerance: how far a stage may stop short of a set point that slows down,
 LAST = 2.0  # and periods of the set point's braking by which it may rest before
+SPRING = 0.1  # s in which a stage springs back from a stop that it leaned on
 SPARE = 0.1  # s; beyond what is taken for the stop, until the guard takes it for a fault
 DEAD = "the reading did not change while the stage decelerated: it may have moved unseen"
 STANDS = {
@@ -124,6 +125,8 @@ def _calmed(q: Guide, g: Guided, place: float, now: float) -> Guided:
 
 def leans(q: Touch, work: Any) -> float:
     """The longest time that a stage of unknown position may stand and push."""
+    if isinstance(work, Braking):  # also of a search that ends while it leans on the stop
+        return q.stand + SPARE
     if not isinstance(work, Search):
         return q.reveal + SPARE
     away = q.seek is None and work.phase in (_touching.BACK, _touching.OUT)
@@ -131,7 +134,7 @@ def leans(q: Touch, work: Any) -> float:
 
 
 def _fresh(g: Guided, place: float) -> Guided:
-    return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan)
+    return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan, released=math.nan)
 
 
 def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
@@ -190,6 +193,11 @@ def _stands(g: Guided) -> bool:
     return g.aim == REST._replace(position=g.aim.position)
 
 
+def _lies(g: Guided) -> bool:
+    """Whether the set point stands, or the stage stands and pushes."""
+    return g.aim.velocity == 0.0 or g.leaning > 0.0
+
+
 def _alone(q: Guide, g: Guided, dt: float) -> tuple[Guided, bool]:
     """Its own way to rest, and whether the set point is there."""
     g = braked(q, g, dt)
@@ -208,17 +216,20 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
     assert isinstance(work, Braking)
     if g.motion != NEVER:  # the profile is given up
         g = g._replace(motion=NEVER, inside=math.nan)
+    if not s.frame.trusted and g.leaning > 0.0 and math.isnan(g.released):
+        g = g._replace(released=s.time)
+    springs = q.rubs and s.time - g.released < SPRING
     apart = g.aim.position != place
-    if not s.frame.trusted and apart and g.aim.velocity == 0.0 and math.isnan(g.inside):
+    if springs or (not s.frame.trusted and apart and _lies(g) and math.isnan(g.inside)):
         # What leaned on something is let go: it is held where it is.
         g = let_go(g, place)
-    stood = s.time - g.stood_since
+    stood = s.time - max(g.stood_since, g.released if springs else -math.inf)
     dead = q.rubs and stood >= HUSH * q.arrival.dwell - TICK and _unanswered(q, g, dt)
     g, stands = brake(q, g, dt)
     off = g.aim.position - place
     inside = arrival.since(q.arrival, off, g.inside, s.time) if stands else math.nan
     g = g._replace(inside=inside)
-    rested = q.heats or arrival.arrived(q.arrival, inside, s.time)
+    rested = q.heats or (arrival.arrived(q.arrival, inside, s.time) and not springs)
     lost: tuple[Notice, ...] = ()
     rested = rested or (q.rubs and stands and stood >= q.arrival.dwell - TICK)
     if dead:
@@ -227,6 +238,7 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
         g = let_go(g, place)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
         return s, g, lost
+    g = g._replace(released=math.nan)
     evidence = {"way_counts": s.seen.encoder - work.origin, "cause": work.cause, **work.found}
     if not rested:
         evidence["rest"] = "did not come to rest in time"

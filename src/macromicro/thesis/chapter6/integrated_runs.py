@@ -20,8 +20,7 @@ from macromicro.design.response import MoveResult
 from macromicro.design.vibration import CREEP, Vibration, vibration
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.runs.job import load
-from macromicro.runs.programmed import Runner, moves_of, on_twin
+from macromicro.runs.programmed import Runner, load, moves_of, on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
 from macromicro.thesis.claims import (
