@@ -6,7 +6,7 @@ MINUTES ?= 60
 KIND ?= each
 # Tests wait for live machines for part of their time: three processes keep two cores busy.
 WORKERS ?= 3
-MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/_watching.py rig/opening.py rig/replay.py control/live machines/guarding.py machines/lines.py machines/homing.py serve/stage/_control.py serve/stage/_playing.py serve/stage/_machine.py
+MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/opening.py rig/replay.py control/live machines/guarding.py machines/lines.py machines/homing.py serve/stage/_control.py serve/stage/_playing.py serve/stage/_machine.py
 SOAK ?= results/soak.md
 TRIAL ?= results/trial.md
 MATRIX ?= results/matrix.md

@@ -124,8 +124,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
         "macromicro commission": TESTED + "tests/commission/test_plane.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_stages.py",
-        "macromicro serve": TESTED + "tests/serve/joint",
-        "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
+        "macromicro serve": TESTED + "tests/serve/group",
+        "$ nc": TESTED + "tests/serve/group/test_served.py, such",
     },
     "docs/running.md": {"n = double(h5read": "MATLAB"},
     "docs/validation/reproduce.md": {

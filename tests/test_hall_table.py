@@ -11,10 +11,12 @@ import pytest
 from macromicro import hall_table, simulate
 from macromicro.control import calibration
 from macromicro.errors import InputError
+from macromicro.nominal import PERIOD
+from macromicro.rig.session import Session
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.serve import loop_process
-from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve.settings import LiveSettings
 from macromicro.settings import Settings
 
@@ -40,8 +42,10 @@ def test_simulator_and_server_take_the_table_of_their_bench() -> None:
     assert np.array_equal(rolled.watchdog.calibration.position, own.position)
     spec = Spec("twin", 0, other(LiveSettings()), "nothing kept", LIVE, os.getpid())
     opened = loop_process.open_machine(spec)
-    assert np.array_equal(opened.table.position, own.position)
-    assert np.array_equal(opened.guard.calibration.position, own.position)
+    guarded: Any = opened.guarded(Session(opened.rig, PERIOD))
+    live: Any = opened.machine
+    assert np.array_equal(live._p.calibration.position, own.position)
+    assert np.array_equal(guarded._limits.calibration.position, own.position)
 
 
 def test_a_programme_on_another_sensor_reaches_its_targets() -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from macromicro import kernel
 from macromicro.rig.opening import TWIN
 from macromicro.serve import loop_process
-from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve.settings import LiveSettings
 
 

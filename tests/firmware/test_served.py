@@ -18,8 +18,8 @@ import pytest
 from tests.firmware.built import ROOT, needs_avr
 from tests.firmware.test_process import DEADLINE, simulated
 from tests.serve.scpi.client import Client
-from tests.serve.serve_parts import until
 from tests.systems import posix
+from tests.waiting import until
 
 pytestmark = [posix, needs_avr, pytest.mark.slow]
 PATIENT = '[serve]\nloop_timeout = "10 s"\nparent_timeout = "10 s"\n'

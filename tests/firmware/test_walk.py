@@ -7,12 +7,12 @@ from collections.abc import Callable
 import pytest
 
 from boardsim.bench import SWITCHES
+from macromicro.rig import walk as steps
 from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.rig import BoardRig
 from macromicro.rig.contract import check
 from macromicro.rig.session import BENCH, Fixture
-from macromicro.rig.walk import steps
-from macromicro.rig.walk.walking import GO, SKIP, walk
+from macromicro.rig.walk import GO, SKIP, walk
 from macromicro.types import SAFE
 from tests.firmware.built import Bench, Wire, elf, needs_avr, until
 

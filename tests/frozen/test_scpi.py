@@ -12,7 +12,7 @@ import pytest
 from macromicro.serve.scpi import Server
 from macromicro.serve.station import Station
 from tests.serve.quick import quick
-from tests.serve.serve_parts import until
+from tests.waiting import until
 
 from .record import frozen
 

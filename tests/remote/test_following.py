@@ -15,7 +15,8 @@ from urllib.parse import urlsplit
 import pytest
 from tests.serve.stage.test_served import example, served
 from tests.systems import posix
-from web_parts import Station, until
+from tests.waiting import until
+from web_parts import Station
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError

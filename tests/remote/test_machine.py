@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.systems import posix
-from web_parts import Station, until
+from tests.waiting import until
+from web_parts import Station
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError

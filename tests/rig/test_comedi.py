@@ -14,7 +14,7 @@ import macromicro
 from macromicro.errors import InputError
 from macromicro.rig import _comedi
 from macromicro.rig.cards import _rig as card_rig
-from macromicro.rig.cards._port import CardError
+from macromicro.rig.cards._rig import CardError
 from macromicro.rig.opening import named, open_rig
 from macromicro.types import SAFE
 from tests.rig.cards.machine import Machine, library, moved, needs_c

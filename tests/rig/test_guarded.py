@@ -12,7 +12,8 @@ import pytest
 from macromicro.control import calibration
 from macromicro.models.electrothermal import Heating
 from macromicro.rig import codes, guard, guarded
-from macromicro.rig.guarded import CompiledGuarded, Guarded
+from macromicro.rig.guard import Watch
+from macromicro.rig.guarded import FIELDS, CompiledGuarded, Guarded, restored, store
 from macromicro.rig.limits import Limits
 from macromicro.types import SAFE, Command, Outputs, Sample
 
@@ -325,3 +326,27 @@ def test_counts_may_be_missed_while_a_fault_is_latched(age: float, jump: float, 
     seen = guard.fresh().seen._replace(encoder_age=age, jump=jump, possible=3.0)
     watched.watch = guard.fresh()._replace(fault=codes.STUCK, seen=seen)
     assert watched.overlooked() == words
+
+
+def flat(value: Any) -> list[float]:
+    """The numbers of nested tuples, in the order of their fields."""
+    if isinstance(value, tuple):
+        return [number for part in value for number in flat(part)]
+    return [value]
+
+
+def filled(shape: Any, numbers: list[float]) -> Any:
+    """A tuple of the same kind with these numbers in the order of its fields."""
+    if isinstance(shape, tuple):
+        return type(shape)(*(filled(part, numbers) for part in shape))
+    return numbers.pop(0)
+
+
+def test_the_row_holds_the_fields_in_their_order() -> None:
+    numbers = [float(k) for k in range(1, FIELDS + 1)]
+    watch: Watch = filled(guard.fresh(), [1, *numbers[1:]])
+    row = [0.0] * FIELDS
+    store(watch, row)
+    assert row == numbers
+    assert flat(restored(row)) == numbers
+    assert type(restored(row).fault) is int

@@ -11,10 +11,10 @@ import pytest
 from macromicro.conformance import Finding
 from macromicro.plant import bench
 from macromicro.rig import _strokes
+from macromicro.rig import walk as steps
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import CompiledTwin
-from macromicro.rig.walk import steps
-from macromicro.rig.walk.walking import END, GO, SKIP, walk
+from macromicro.rig.walk import END, GO, SKIP, walk
 from macromicro.settings import Settings
 from macromicro.types import SAFE, Outputs
 

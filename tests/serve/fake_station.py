@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.control.live import _bounds, parameters, state
 from macromicro.control.live import messages as m
+from macromicro.control.live import parameters, state, targets
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
-from macromicro.serve._captures import Captures
-from macromicro.serve._in_force import InForce
+from macromicro.serve._ledger import InForce
 from macromicro.serve._trail import Trail
+from macromicro.serve.capturing import Captures
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
@@ -123,7 +123,7 @@ class FakeStation:
             if self.beyond(request):
                 return m.Refused("beyond the soft limits", "stay within them", True)
             if isinstance(request, m.SetLimits):
-                self.s, reply, _ = _bounds.change(self.p, self.s, request.limits)
+                self.s, reply, _ = targets.change_limits(self.p, self.s, request.limits)
                 if isinstance(reply, m.Refused):
                     return reply
             self.requests.append(request)

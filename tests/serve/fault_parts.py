@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from serve_parts import until
 
 import faulty
 from macromicro.control.live import messages as m
@@ -21,6 +20,7 @@ from macromicro.serve.persist import Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.station import Station
+from tests.waiting import until
 
 RIG = "faulty.bench:twin"
 CLIENT = "test"

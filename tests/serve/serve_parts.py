@@ -10,7 +10,6 @@ import math
 import mmap
 import os
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,23 +20,10 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.serve._machine import View
 from macromicro.types import SAFE, Command, Outputs, Sample
+from tests.waiting import until
 
 if TYPE_CHECKING:  # the loop process needs no station
     from macromicro.serve.station import Station
-
-PATIENCE_S = 60.0
-
-
-def until(what: Callable[[], Any], patience: float = PATIENCE_S) -> Any:
-    """The first true value of `what`; the test fails where it never comes."""
-    deadline = time.monotonic() + patience
-    while time.monotonic() < deadline:
-        found = what()
-        if found:
-            return found
-        time.sleep(0.005)
-    raise AssertionError("what was waited for never came")
-
 
 LOG = "MACROMICRO_TEST_LOG"
 FAIL_AT = "MACROMICRO_TEST_FAIL_AT"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.serve._capacity import ADMITTED, HOLDER, LOCAL, REMOTE, Capacity
+from macromicro.serve.client import ADMITTED, HOLDER, LOCAL, REMOTE, Capacity
 
 
 class Member:

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.serve import health, preflight, warming
+from macromicro.serve import health, warming
 from macromicro.serve.health import FAIL, OK, WARN, Finding
 from macromicro.serve.persist import Lock
 from tests.command import command as macromicro
@@ -126,8 +126,8 @@ def test_clock_sources(source: str, state: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("free", "state"), [(5e9, OK), (5e8, WARN), (5e7, FAIL)])
 def test_disk(free: float, state: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(preflight.shutil, "disk_usage", lambda _: type("U", (), {"free": free}))
-    (found,) = preflight.disk({"recordings": tmp_path / "not" / "there"})
+    monkeypatch.setattr(health.shutil, "disk_usage", lambda _: type("U", (), {"free": free}))
+    (found,) = health.disk({"recordings": tmp_path / "not" / "there"})
     assert found.state == state
     assert "of recording" in found.found
 
@@ -135,24 +135,24 @@ def test_disk(free: float, state: str, monkeypatch: pytest.MonkeyPatch, tmp_path
 def test_a_slower_loop_fills_a_disk_more_slowly(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(preflight.shutil, "disk_usage", lambda _: type("U", (), {"free": 1e10}))
+    monkeypatch.setattr(health.shutil, "disk_usage", lambda _: type("U", (), {"free": 1e10}))
     hours = []
     for period in (1e-3, 4e-3):
-        (found,) = preflight.disk({"recordings": tmp_path}, period)
+        (found,) = health.disk({"recordings": tmp_path}, period)
         hours.append(int(found.found.split(", ")[1].split()[0]))
     assert hours[0] > 5 and abs(hours[1] - 4 * hours[0]) <= 3
 
 
 def test_a_machine_that_is_served_already(tmp_path: Path) -> None:
     path = tmp_path / "position.json"
-    assert preflight.state_file(path).state == OK
+    assert health.state_file(path).state == OK
     lock = Lock(path)
     lock.take()
-    found = preflight.state_file(path)
+    found = health.state_file(path)
     assert found.state == WARN
     assert f"process {os.getpid()}" in found.found
     lock.drop()
-    assert preflight.state_file(path).state == OK
+    assert health.state_file(path).state == OK
 
 
 def test_browser(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -183,16 +183,16 @@ def test_what_serve_would_be_told_is_looked_at(tmp_path: Path) -> None:
 
 def test_a_short_token_is_none_where_others_connect(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MACROMICRO_TOKEN", "short")
-    assert preflight.address("0.0.0.0").state == FAIL and preflight.address("127.0.0.1").state == OK
+    assert health.address("0.0.0.0").state == FAIL and health.address("127.0.0.1").state == OK
     monkeypatch.setenv("MACROMICRO_TOKEN", "0123456789abcdef")
-    assert preflight.address("0.0.0.0").state == OK
+    assert health.address("0.0.0.0").state == OK
 
 
 @linux
 @pytest.mark.parametrize("place", ["/proc/x", "/proc/x/y"])
 def test_a_file_system_that_takes_no_files(place: str) -> None:
-    assert preflight.recording_folder(Path(place)).state == FAIL
-    assert preflight.state_file(Path(place)).state == FAIL
+    assert health.recording_folder(Path(place)).state == FAIL
+    assert health.state_file(Path(place)).state == FAIL
 
 
 def test_a_rigs_module_is_imported_and_its_factory_not_called(
@@ -202,8 +202,8 @@ def test_a_rigs_module_is_imported_and_its_factory_not_called(
     monkeypatch.syspath_prepend(str(tmp_path))
     (tmp_path / "looked_at.py").write_text("def rig(seed):\n    raise SystemExit(9)\n")
     (tmp_path / "broken_rig.py").write_text("1 / 0\n")
-    assert preflight.rig("looked_at:rig").state == OK
-    assert "ZeroDivisionError" in preflight.rig("broken_rig:rig").found
+    assert health.rig("looked_at:rig").state == OK
+    assert "ZeroDivisionError" in health.rig("broken_rig:rig").found
 
 
 def test_the_rigs_of_two_axes_are_looked_at_each(tmp_path: Path) -> None:
@@ -219,10 +219,10 @@ def test_a_port_is_looked_at_on_the_address_that_is_asked_for() -> None:
         taken.bind(("127.0.0.2", 0))
         taken.listen(1)
         port = taken.getsockname()[1]
-        assert preflight.free_port(port, "SCPI", "127.0.0.2").state == WARN
-        assert preflight.free_port(port, "SCPI", "127.0.0.3").state == OK
-    assert preflight.free_port(port, "SCPI", "192.0.2.1").state == WARN
-    assert preflight.address("nosuch.invalid").state == FAIL
+        assert health.free_port(port, "SCPI", "127.0.0.2").state == WARN
+        assert health.free_port(port, "SCPI", "127.0.0.3").state == OK
+    assert health.free_port(port, "SCPI", "192.0.2.1").state == WARN
+    assert health.address("nosuch.invalid").state == FAIL
 
 
 def test_no_shared_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from fault_parts import CLIENT, Scene, note
-from serve_parts import until
 
 import faulty
 from macromicro.serve.scpi import Server
+from tests.waiting import until
 
 PITCH = 0.2 / 2800.0
 

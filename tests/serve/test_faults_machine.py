@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from fault_parts import CLIENT, Scene, note
-from serve_parts import until
 
 import faulty
 from macromicro.control.live import messages as m
@@ -21,6 +20,7 @@ from macromicro.control.settings import Control
 from macromicro.rig import codes
 from macromicro.rig.limits import LIVE
 from macromicro.serve import faults
+from tests.waiting import until
 
 Make = Callable[..., Scene]
 PITCH = 0.2 / 2800.0

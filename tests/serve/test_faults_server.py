@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fault_parts import RIG, Scene, note, trusted
-from serve_parts import until
 
 import faulty
 from macromicro import recorder
@@ -27,6 +26,7 @@ from macromicro.control.live import messages as m
 from macromicro.recording import Recording
 from macromicro.serve import faults, persist, ticking
 from tests.systems import linux
+from tests.waiting import until
 
 PITCH = 0.2 / 2800.0
 

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import LEFT, MOTOR, PID, STEPS, until
+from serve_parts import LEFT, MOTOR, PID, STEPS
 
 from macromicro.errors import MacromicroError
 from macromicro.serve import persist
 from macromicro.serve.persist import Lock
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 pytestmark = posix
 

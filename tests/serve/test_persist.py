@@ -14,7 +14,7 @@ from macromicro.errors import MacromicroError
 from macromicro.schema.config import overridden
 from macromicro.serve import _position_store, persist
 from macromicro.serve._background import call
-from macromicro.serve._position_store import Place, PositionStore
+from macromicro.serve._position_store import PositionStore, Shown
 from macromicro.serve.persist import Evident, Kept, Lock
 from macromicro.serve.settings import LiveSettings
 
@@ -194,14 +194,14 @@ class Scene:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.place: Place | None = None
+        self.place: Shown | None = None
         self.reports: list[str] = []
         self.store = PositionStore(path, "twin", lambda: self.place, self.reports.append)
 
     def show(
         self, row: int, count: float, moving: bool, trusted: bool = True, why: str = "homed"
     ) -> Kept | str:
-        self.place = Place(row, count, 0.0, trusted, why, moving, -0.0021)
+        self.place = row, Kept("", count, 0.0, trusted, why, moving, 0.0, -0.0021)
         call(self.store.update())
         return persist.load(self.path)
 

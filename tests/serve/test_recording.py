@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from serve_parts import until
 
 from macromicro import recorder
 from macromicro import recording as recordings
@@ -23,6 +22,7 @@ from macromicro.serve._trail import Trail
 from macromicro.serve.shared import COLUMNS, INDEX, Shared
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.station import Station
+from tests.waiting import until
 
 
 def fill(shared: Shared, first: int, count: int) -> None:

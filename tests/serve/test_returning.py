@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import FAIL_AT, MOTOR, PID, STEPS, UNPLUGGED, begun, causes, outcome, until
+from serve_parts import FAIL_AT, MOTOR, PID, STEPS, UNPLUGGED, begun, causes, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.serve import faults, persist
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 Make = Callable[..., Station]
 FIRST_S = 0.1  # between two tries

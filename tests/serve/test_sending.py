@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import MOTOR, PID, STEPS, Running, begun, outcome, until
+from serve_parts import MOTOR, PID, STEPS, Running, begun, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -21,13 +21,16 @@ from macromicro.serve.persist import Kept
 from macromicro.serve.shared import EMERGENCY, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 Make = Callable[..., Station]
 
 
 def sender(shared: Shared, alive: Callable[[], bool]) -> Sender:
     none: Any = None
-    return Sender(none, shared, none, none, 1.0, alive, print)
+    made = Sender(1.0, alive, print)
+    made.begin(none, shared, none, none)
+    return made
 
 
 def test_an_emergency_stop_has_succeeded_though_another_one_follows() -> None:

@@ -14,6 +14,7 @@ from macromicro.place import LENGTH
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import (
     COLUMNS,
+    LAMPS,
     STATUS_TURN,
     WRITTEN,
     Shared,
@@ -70,9 +71,11 @@ def test_two_mappings_are_the_same_memory() -> None:
     one = Shared.create(50, form)
     other = Shared(os.dup(one.fd), 50, form)
     fill(one, 0, 3)
-    stages = (StageStatus(-12.0, 0.5), StageStatus(3.0, 0.25, 5.0), StageStatus())
+    lamps = tuple(map(float, range(len(LAMPS))))
+    offsets = ((-12.0, 0.5), (3.0, 0.25), (np.nan, np.nan))
+    stages = tuple(StageStatus(*each, lamps) for each in offsets)
     told = Status(3.0, fault=7.0, offset=-12.0, target=0.5)
-    one.set_status([*told[:-1], *(value for stage in stages for value in stage)])
+    one.set_status([*told[:-1], *(value for stage in stages for value in (*stage[:2], *lamps))])
     one.close()
     lost, count, block = other.since(0)
     assert (lost, count, len(block)) == (0, 3, len(form.columns))
@@ -132,14 +135,14 @@ def test_row_and_status_are_of_one_instant() -> None:
 
 
 def test_a_set_point_has_room_for_every_stage() -> None:
-    """It lies between the status and the histograms, and touches neither."""
+    """It lies between the status and the ring, and touches neither."""
     names = tuple("abcdefghijkl")
     memory = Shared.create(100, published((LENGTH,) * len(names), names))
     point = tuple((float(k), -1.0 - k) for k in range(len(names)))
     before = memory.status()
     memory.set_point(point, 17)
     assert memory.point(2) == (point, 17) and memory.point(1) is None
-    assert memory.status() == before and not memory.histograms.any()
+    assert memory.status() == before and not memory.ring.any()
 
 
 def test_another_process_knows_the_columns_of_a_users_law(monkeypatch: pytest.MonkeyPatch) -> None:

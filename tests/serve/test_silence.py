@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from macromicro.serve._silence import PERIODS, Silence
+from macromicro.serve.ticking import PERIODS, Silence
 
 
 def told(silence: Silence, *values: float) -> list[tuple[int, str]]:

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import LEFT, MOTOR, Running, begun, causes, outcome, until
+from serve_parts import LEFT, MOTOR, Running, begun, causes, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.errors import MacromicroError
 from macromicro.serve import _background, persist
 from macromicro.serve.station import Station
+from tests.waiting import until
 
 Make = Callable[..., Station]
 
@@ -187,10 +188,6 @@ def test_events_and_telemetry_come_once(running: Running) -> None:
     until(lambda: machine.telemetry(row)[1].shape[1] > 20)
     _, more, _ = machine.telemetry(row)
     t = list(names).index("t")
-    late, work = machine.timing()
-    later = machine.timing()  # the loop goes on between two readings
-    assert late.sum() <= later[1].sum() + 1 and work.sum() <= later[0].sum() + 1
-    assert 20 < late.sum() <= machine.snapshot().pace.periods
     assert more[t, 0] - block[t, -1] == pytest.approx(1e-3, abs=1e-9)
 
 

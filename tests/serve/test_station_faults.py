@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from serve_parts import FAIL_AT, LEFT, MOTOR, PID, begun, causes, outcome, until
+from serve_parts import FAIL_AT, LEFT, MOTOR, PID, begun, causes, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -18,6 +18,7 @@ from macromicro.rig import codes
 from macromicro.serve import faults
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 Make = Callable[..., Station]
 

@@ -12,15 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import BAD_STOP, DEAF, HANGS, LEFT, MOTOR, PID, STOPS, begun, outcome, until
+from serve_parts import BAD_STOP, DEAF, HANGS, LEFT, MOTOR, PID, STOPS, begun, outcome
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.recording import Recording
 from macromicro.serve import _safing, faults, persist
-from macromicro.serve._pulse import Pulse
+from macromicro.serve._loop_connection import Pulse
 from macromicro.serve.station import Station
 from tests.systems import posix
+from tests.waiting import until
 
 Make = Callable[..., Station]
 

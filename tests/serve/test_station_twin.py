@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from serve_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -20,6 +19,7 @@ from macromicro.serve.persist import Kept
 from macromicro.serve.station import Station
 from tests.serve.quick import quick
 from tests.systems import posix
+from tests.waiting import until
 
 
 def loop_of(station: Station) -> int:

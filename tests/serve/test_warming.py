@@ -12,7 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import STAGES
 from macromicro.rig import guard
 from macromicro.serve import choosing, health, live, loop_process, warming
-from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.stage._machine import Led
 from macromicro.serve.warming import warm
@@ -43,7 +43,7 @@ def rehearsed(stages: tuple[str, ...]) -> None:
     settings = LiveSettings()
     table = hall_table.of_bench(settings)
     limits = guard.prepare(settings.guard, table)
-    warm(lambda: live.make(settings, table, stages), limits, settings)
+    warm(live.make(settings, table, stages), limits, settings)
 
 
 def test_the_two_stage_machine_homes_jogs_moves_and_holds(driven: list[tuple[int, str]]) -> None:

@@ -38,24 +38,25 @@ def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
     ],
 )
 def test_a_carriage_that_coasts_is_moving(counts: list[float], moving: bool) -> None:
-    place = _watching.place(shown(counts), "homed", LiveSettings())
-    assert place is not None
+    found = _watching.place(shown(counts), "homed", LiveSettings())
+    assert found is not None
+    row, place = found
     assert place.moving is moving
-    assert (place.row, place.encoder) == (len(counts), counts[-1])
+    assert (row, place.encoder) == (len(counts), counts[-1])
 
 
 def test_a_motion_is_moving_where_nothing_counts() -> None:
-    place = _watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", LiveSettings())
-    assert place is not None
-    assert place.moving
+    found = _watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", LiveSettings())
+    assert found is not None
+    assert found[1].moving
 
 
 @pytest.mark.parametrize(("period", "moving"), [(PERIOD, True), (2.0 * PERIOD, False)])
 def test_how_long_it_has_stood_goes_by_the_loops_period(period: float, moving: bool) -> None:
     settings: Any = SimpleNamespace(period=period, homing=(0,), telemetry=PLAIN)
-    place = _watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", settings)
-    assert place is not None
-    assert place.moving is moving
+    found = _watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", settings)
+    assert found is not None
+    assert found[1].moving is moving
 
 
 def test_before_the_first_row_there_is_no_place() -> None:

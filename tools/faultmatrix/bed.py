@@ -42,7 +42,7 @@ class Bed:
     def __init__(self, made: Made, home: Home | None = None) -> None:
         self.cells = faulty.board(made.board)
         opened = made.open()
-        self.machine = opened.machine()
+        self.machine = opened.machine
         self.dt = made.settings.period
         self.led = opened.guarded(Session(opened.rig, self.dt))
         self.led.__enter__()

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import faulty
 from macromicro.rig.opening import named
 from macromicro.serve import choosing
-from macromicro.serve.loop_process import Drivable, open_machine
-from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve._launching import LIVE, Spec
+from macromicro.serve._machine import Opened
+from macromicro.serve.loop_process import open_machine
 from macromicro.serve.stage.settings import StageSettings
 
 _EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
@@ -74,7 +75,7 @@ class Made(NamedTuple):
         with self._named():
             return faulty.possible(named(self.rig.partition("+")[0])(0))
 
-    def open(self, seed: int = 0) -> Drivable:
+    def open(self, seed: int = 0) -> Opened:
         """A new machine as the server's loop opens it, on a new rig."""
         spec = Spec(self.rig, seed, self.settings, "no position was saved", LIVE, 0)
         with self._named():

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from macromicro.commands._checking import fixture_of, told, volts_of
 from macromicro.errors import ProblemError
+from macromicro.rig import walk as steps
 from macromicro.rig.session import BENCH
-from macromicro.rig.walk import steps
-from macromicro.rig.walk.walking import END, GO, SKIP, walk
+from macromicro.rig.walk import END, GO, SKIP, walk
 from macromicro.serve.health import Finding
 
 MOTOR = 6.0  # V

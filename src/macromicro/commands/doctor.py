@@ -117,7 +117,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
 
     from macromicro.commands import _checking, _timing, _walking
     from macromicro.rig.board.named import joined
-    from macromicro.serve import health, persist, preflight
+    from macromicro.serve import health, persist
     from macromicro.serve.choosing import load
 
     checks = {
@@ -144,10 +144,10 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         ports = _ports(scpi, web, numbers)
         settings = load(config)
         position = state or persist.default_path(settings.place(rig))
-        asked = preflight.Asked(
+        asked = health.Asked(
             settings.rigs(rig), position, host, ports, record or FOLDER, settings.period
         )
-        findings = preflight.findings(asked, settings.serve)
+        findings = health.findings(asked, settings.serve)
     else:
         findings = _checking.law(law)
     found = []

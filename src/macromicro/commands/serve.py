@@ -215,7 +215,7 @@ class _Servers:
     """The servers of a station; those opened before one that fails are closed again."""
 
     def __init__(self, station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> None:
-        from macromicro.serve.guesses import Token
+        from macromicro.serve.hosts import Token
 
         self._station, self._doors, self._folder, self._stack = station, doors, folder, stack
         self._token = Token(doors.token)

@@ -6,6 +6,7 @@ import asyncio
 import os
 import threading
 from collections.abc import Callable, Coroutine, Iterator, Sequence
+from concurrent import futures
 from typing import Any, Self, TypeVar
 
 from macromicro.remote._client import Client
@@ -18,6 +19,7 @@ from macromicro.serve.capturing import NOW, Trigger
 from macromicro.serve.hosts import HOST, WEB_PORT
 
 T = TypeVar("T")
+ALIVE_S = 1.0  # between looks whether the connection's thread is alive
 
 
 class Motion:
@@ -160,6 +162,9 @@ class Machine(Client[Motion, None]):
             raise ConnectionLost("this client was closed", "connect again")
         future = asyncio.run_coroutine_threadsafe(what, self._loop)
         try:
+            while not futures.wait([future], ALIVE_S).done:
+                if not self._thread.is_alive():  # another thread has closed it meanwhile
+                    raise ConnectionLost("this client was closed", "connect again")
             return future.result()
         except BaseException:
             future.cancel()

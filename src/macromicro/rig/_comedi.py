@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.rig.cards._port import CardError
+from macromicro.rig.cards._rig import CardError
 from macromicro.rig.cards._roles import ANALOG, COUNTER, DIGITAL
 from macromicro.rig.cards._wiring import Terminal
 from macromicro.schema import keys

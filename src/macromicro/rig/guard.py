@@ -49,12 +49,7 @@ def prepare(limits: Limits, table: Calibration) -> Guard:
     return Guard(
         limits,
         Bounds(limits.macro_margin, limits.macro_tolerance, limits.macro_rate, limits.macro_grace),
-        Bounds(
-            limits.micro_margin,
-            limits.micro_tolerance,
-            limits.micro_rate,
-            limits.micro_grace,
-        ),
+        Bounds(limits.micro_margin, limits.micro_tolerance, limits.micro_rate, limits.micro_grace),
         table,
     )
 

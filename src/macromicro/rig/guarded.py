@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 
 from macromicro.arrays import Array, packed
-from macromicro.kernel import compiled
-from macromicro.rig import _watching, codes, guard, sensing
+from macromicro.kernel import compiled, kernel
+from macromicro.models.electrothermal import Heating
+from macromicro.rig import codes, guard, sensing
 from macromicro.rig.codes import OK
+from macromicro.rig.envelope import Envelope
 from macromicro.rig.faults import Fault, describe
-from macromicro.rig.guard import Guard, Watch
+from macromicro.rig.guard import Guard, Heat, Watch
+from macromicro.rig.sensing import Seen
 from macromicro.types import SAFE, Clock, Command, Outputs, Rig, Sample
 
 IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -138,16 +140,47 @@ class Guarded:
         self.rig.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         try:
             self.stop()
         finally:  # the rig inside goes safe by itself too, should its `stop` fail
-            self.rig.__exit__(kind, error, trace)
+            self.rig.__exit__(*error)
+
+
+_SEEN = 4  # where the parts of the guard's state begin in a row of numbers
+_MACRO = _SEEN + len(Seen._fields)
+_MICRO = _MACRO + len(Envelope._fields)
+_HEATING = _MICRO + len(Envelope._fields)
+_HEAT = _HEATING + len(Heating._fields)
+FIELDS = _HEAT + 2
+
+
+@kernel
+def store(s: Watch, row: Any) -> None:
+    """Write the guard's state into a row of numbers."""
+    row[0], row[1], row[2], row[3] = float(s.fault), s.value, s.limit, s.time
+    for k in range(len(s.seen)):
+        row[_SEEN + k] = s.seen[k]
+    for k in range(len(s.macro)):
+        row[_MACRO + k], row[_MICRO + k] = s.macro[k], s.micro[k]
+    for k in range(len(s.heat.heating)):
+        row[_HEATING + k] = s.heat.heating[k]
+    row[_HEAT], row[_HEAT + 1] = s.heat.anchor, s.heat.idle
+
+
+@kernel
+def restored(row: Any) -> Watch:
+    k = _SEEN
+    seen = Seen(
+        row[k], row[k + 1], row[k + 2], row[k + 3], row[k + 4], row[k + 5], row[k + 6], row[k + 7],
+        row[k + 8], row[k + 9], row[k + 10], row[k + 11], row[k + 12], row[k + 13], row[k + 14],
+        row[k + 15],
+    )  # fmt: skip
+    macro = Envelope(row[_MACRO], row[_MACRO + 1], row[_MACRO + 2])
+    micro = Envelope(row[_MICRO], row[_MICRO + 1], row[_MICRO + 2])
+    heating = Heating(row[_HEATING], row[_HEATING + 1], row[_HEATING + 2])
+    heat = Heat(heating, row[_HEAT], row[_HEAT + 1])
+    return Watch(int(row[0]), row[1], row[2], row[3], seen, macro, micro, heat)
 
 
 _JUDGE, _SHOW, _TAKE = 0.0, 1.0, 2.0
@@ -180,9 +213,9 @@ def _guard(
             answer[4] = guard.temperature(p.limits, s)
             answer[5] = float(sensing.doubt(p.limits, s.seen, dt))
         elif asked[0] == _SHOW:
-            _watching.store(s, state)
+            store(s, state)
         else:
-            s = _watching.restored(state)
+            s = restored(state)
         yield s.fault
 
 
@@ -195,7 +228,7 @@ class CompiledGuarded(Guarded):
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self._asked = np.zeros(_ASKED)
         self._answer = np.zeros(6)
-        self._state = np.zeros(_watching.FIELDS)
+        self._state = np.zeros(FIELDS)
         # The coroutine refers to the arrays inside, and does not own them.
         self._start = guard.fresh()
         self._guard = compiled(_guard)(
@@ -209,11 +242,11 @@ class CompiledGuarded(Guarded):
         """The guard's state."""
         self._asked[0] = _SHOW
         next(self._guard)
-        return _watching.restored(self._state.tolist())
+        return restored(self._state.tolist())
 
     @watch.setter
     def watch(self, watch: Watch) -> None:
-        _watching.store(watch, self._state)
+        store(watch, self._state)
         self._asked[0] = _TAKE
         self._fault = next(self._guard)
         self._temperature = guard.temperature(self._limits.limits, watch)

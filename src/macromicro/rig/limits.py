@@ -52,8 +52,7 @@ class Limits(NamedTuple):
         float, Par("s", "longest time without a new value of a sensor", shown="ms", positive=True)
     ] = 0.005
     frozen: Annotated[
-        float,
-        Par("s", "longest time of one Hall code (its noise changes it)", positive=True),
+        float, Par("s", "longest time of one Hall code (its noise changes it)", positive=True)
     ] = 0.5
     rail: Annotated[
         float,
@@ -70,13 +69,9 @@ class Limits(NamedTuple):
     ] = nominal.PUSH
     stuck: Annotated[float, Par("s", "longest push without a count", positive=True)] = 0.25
     lean: Annotated[
-        float,
-        Par("V", "motor voltage at which it moves slowly", "just below M1", positive=True),
+        float, Par("V", "motor voltage at which it moves slowly", "just below M1", positive=True)
     ] = nominal.LEAN
-    leant: Annotated[
-        float,
-        Par("s", "longest such push without a count", positive=True),
-    ] = 20.0
+    leant: Annotated[float, Par("s", "longest such push without a count", positive=True)] = 20.0
     against: Annotated[
         float, Par("count", "longest travel against the motor, as in braking", positive=True)
     ] = 250.0

@@ -73,23 +73,10 @@ UNSEEN = Seen(
 def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
     """The state without expecting sensors that the rig lacks."""
     return Seen(
-        s.encoder,
-        s.encoder_age if encoder else 0.0,
-        s.hall,
-        s.hall_age if hall else 0.0,
-        s.same,
-        s.railed,
-        s.pushed,
-        s.leant,
-        s.against,
-        s.jump,
-        s.possible,
-        s.before,
-        s.noise,
-        s.time,
-        s.passed,
-        s.stood,
-    )
+        s.encoder, s.encoder_age if encoder else 0.0, s.hall, s.hall_age if hall else 0.0,
+        s.same, s.railed, s.pushed, s.leant, s.against, s.jump, s.possible, s.before, s.noise,
+        s.time, s.passed, s.stood,
+    )  # fmt: skip
 
 
 @kernel
@@ -153,23 +140,9 @@ def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
     if hall < p.rail or hall > p.hall_supply - p.rail:
         railed = s.railed + dt
     return Seen(
-        encoder,
-        encoder_age,
-        hall,
-        hall_age,
-        same,
-        railed,
-        pushed,
-        leant,
-        against,
-        abs(moved),
-        possible,
-        before,
-        noise,
-        time,
-        passed,
-        stood,
-    )
+        encoder, encoder_age, hall, hall_age, same, railed, pushed, leant, against, abs(moved),
+        possible, before, noise, time, passed, stood,
+    )  # fmt: skip
 
 
 REPEATED = 20  # times the same Hall code, which the noise of a sensor that lives forbids

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
@@ -11,13 +10,7 @@ from macromicro.control.macro import MacroLaw
 from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.rig._unwinding import Unwinding
-from macromicro.rig.fixtures import (
-    CYCLE_PERIOD,
-    KILN_PERIOD,
-    KILN_PITCH,
-    CycleSample,
-    KilnSample,
-)
+from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD, KILN_PITCH, CycleSample, KilnSample
 from macromicro.rig.limits import Limits
 from macromicro.types import SAFE, Command, Lines, Outputs, Sample
 
@@ -339,12 +332,7 @@ class Session:
         self._inside += 1
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         self._inside -= 1
         if self._inside:
             self.stop()
@@ -354,6 +342,6 @@ class Session:
             self.stop()
         finally:
             try:
-                self._rig.__exit__(kind, error, trace)
+                self._rig.__exit__(*error)
             finally:
                 self._unwinding.end()

@@ -20,7 +20,7 @@ from macromicro.errors import InputError
 from macromicro.place import Place
 from macromicro.serve import telling
 from macromicro.serve._programmes import Planned, called
-from macromicro.serve.guesses import Token
+from macromicro.serve.hosts import Token
 
 if TYPE_CHECKING:
     from macromicro.serve.choosing import AnySettings

@@ -12,8 +12,23 @@ from typing import Any, NamedTuple
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.portable import READ_WRITE
 from macromicro.serve import link
-from macromicro.serve.loop_spec import Spec
+from macromicro.serve.choosing import AnySettings
+from macromicro.serve.persist import Kept
 from macromicro.serve.shared import Shared
+
+LIVE = "macromicro.serve.live:make"
+
+
+class Spec(NamedTuple):
+    """What the loop process runs."""
+
+    rig: str
+    seed: int
+    settings: AnySettings
+    kept: Kept | str  # the saved position, or why there is none
+    machine: str  # MODULE:FUNCTION
+    parent: int  # process id of the server
+
 
 START_S = 120.0  # twice the compilation time of the bench on a slow machine
 _CODE = "from macromicro.serve.loop_process import main; main()"
@@ -24,7 +39,7 @@ class Child(NamedTuple):
 
     process: subprocess.Popen[bytes]
     end: socket.socket
-    privileges: Any
+    realtime: str  # what the system has granted it
     channels: tuple[str, ...]
 
 

@@ -15,24 +15,42 @@ from typing import Any
 
 from macromicro.control.live import alone
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Event, Finished, Reply
+from macromicro.control.live.messages import Event, Finished
 from macromicro.errors import MacromicroError
-from macromicro.serve import _background, _safing, _sending, _watching, faults, link, persist
+from macromicro.serve import _background, _safing, _watching, faults, link, persist
 from macromicro.serve._background import in_thread
-from macromicro.serve._in_force import InForce
-from macromicro.serve._launching import Child, launch
-from macromicro.serve._ledger import Ledger
+from macromicro.serve._launching import Child, Spec, launch
+from macromicro.serve._ledger import InForce, Ledger
 from macromicro.serve._machine import Point
-from macromicro.serve._position_store import Place, PositionStore
-from macromicro.serve._pulse import Pulse
-from macromicro.serve._sending import Allowed, Sender, Stops
+from macromicro.serve._position_store import PositionStore, Shown
+from macromicro.serve._sending import Sender
 from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.loop_spec import Spec
 from macromicro.serve.shared import HEARTBEAT, LEAVE, RENEWED, WRITTEN, Shared
 from macromicro.serve.snapshot import Trouble
 
+LOOKS = 10  # in the time that is allowed
+
+
+class Pulse:
+    """Measures silence by its own looks, so that a halt of this process does not count."""
+
+    def __init__(self, allowed: float, count: int, now: float) -> None:
+        self.pause = allowed / LOOKS
+        self._count, self._looked = count, now
+        self.silent = 0.0
+
+    def look(self, count: int, now: float) -> float:
+        """Silence at the time `now`, with the loop's period count."""
+        passed = min(now - self._looked, 2.0 * self.pause)
+        self._looked = now
+        self.silent = self.silent + passed if count == self._count else 0.0
+        self._count = count
+        return self.silent
+
+
 END_S = 3.0
+LOOK_S = 0.5  # between looks whether a process that says nothing has ended
 
 
 class LoopConnection:
@@ -60,7 +78,8 @@ class LoopConnection:
         self._child: Child | None = None
         self._store: PositionStore | None = None
         self._lock: persist.Lock | None = None
-        self._sender: Sender | None = None
+        alive, wait = lambda: self.running, settings.serve.reply_timeout
+        self.sender = Sender(wait, alive, self._report)
         self._attending: asyncio.Task[None] | None = None
 
     # Start and end
@@ -84,27 +103,18 @@ class LoopConnection:
         lock.write(f"process {os.getpid()}, its loop is process {child.process.pid}")
         self.trouble, self.trust = None, "not known yet"
         self._leaving, self._left, self._how, self.switched_off = False, None, "", False
-        self.realtime, self.stages = child.privileges.words, alone.stages(child.channels)
+        self.realtime, self.stages = child.realtime, alone.stages(child.channels)
         self.channels = tuple(child.channels)
         self._lock, self._child, self.shared = lock, child, shared
         self._store = PositionStore(
-            self._path, settings.kept_as(self._rig), self._place, self._report
+            self._path, settings.kept_as(self._rig), self._shown, self._report
         )
         _background.call(self._begin(child, shared))
 
     async def _begin(self, child: Child, shared: Shared) -> None:
-        serve, outbox = self._settings.serve, link.Outbox(child.end)
+        outbox = link.Outbox(child.end)
         assert self._store is not None
-        self._sender = Sender(
-            child,
-            shared,
-            self._store,
-            outbox,
-            serve.reply_timeout,
-            lambda: self.running,
-            self._report,
-            self.stages,
-        )
+        self.sender.begin(child, shared, self._store, outbox, self.stages)
         self.ledger.open()
         self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
         self.running = True
@@ -149,38 +159,6 @@ class LoopConnection:
         else:
             self.tell("loop", "rig back", {"rig": self._rig})
 
-    async def ask(
-        self, request: Any, allowed: Allowed = _sending.anybody, since: Stops | None = None
-    ) -> Reply:
-        """See `Sender.ask`."""
-        if self._sender is None or not self.running:
-            return _sending.OFF
-        return await self._sender.ask(request, allowed, since)
-
-    def post(self, request: Any) -> None:
-        """Send a request without waiting for its reply."""
-        if self._sender is not None and self.running:
-            self._sender.post(request)
-
-    def released(self) -> None:
-        """See `Sender.released`."""
-        if self._sender is not None and self.running:
-            self._sender.released()
-
-    @property
-    def stops(self) -> Stops:
-        return self._sender.stops if self._sender is not None else (0, 0)
-
-    def emergency(self, client: str) -> float:
-        """See `Station.emergency`."""
-        sender = self._sender
-        return sender.emergency(client) if sender and self.running else math.nan
-
-    async def emergency_stop(self, client: str) -> float:
-        """The same within the event loop."""
-        sender = self._sender
-        return await sender.emergency_stop(client) if sender and self.running else math.nan
-
     def renew(self) -> None:
         """Keep a jog under way."""
         if self.shared is not None:
@@ -201,8 +179,8 @@ class LoopConnection:
     @property
     def moving(self) -> bool:
         """Whether a motion is under way or the carriage coasts."""
-        place = self._place()
-        return self.running and place is not None and place.moving
+        shown = self._shown()
+        return self.running and shown is not None and shown[1].moving
 
     async def keep(self) -> None:
         """Update the position file."""
@@ -222,7 +200,7 @@ class LoopConnection:
     def _report(self, text: str) -> None:
         self.tell("loop", "trouble", {"reason": text})
 
-    def _place(self) -> Place | None:
+    def _shown(self) -> Shown | None:
         return (
             _watching.place(self.shared, self.trust, self._settings)
             if self.shared is not None
@@ -259,7 +237,15 @@ class LoopConnection:
                 ended.set()
 
         loop.add_reader(child.end, hear)
-        await ended.wait()
+        while not ended.is_set():
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(LOOK_S):
+                    await ended.wait()
+            # Whoever inherited its end of the link by mistake would keep that open.
+            if not ended.is_set() and child.process.poll() is not None:
+                hear()
+                loop.remove_reader(child.end)
+                break
         return said
 
     async def _beat(self, shared: Shared, outbox: link.Outbox) -> None:
@@ -294,8 +280,7 @@ class LoopConnection:
     def _close(self, outcome: str, evidence: str) -> None:
         """End the motion under way and answer what waits."""
         self.ledger.close(outcome, evidence)
-        if self._sender is not None:
-            self._sender.close()
+        self.sender.close()
 
     def _fault(self, trouble: Trouble) -> None:
         self.trouble = trouble
@@ -305,10 +290,9 @@ class LoopConnection:
         if kind == "reply":
             serial, reply = rest
             self.ledger.replied(reply)
-            if self._sender is not None:
-                self._sender.reply(serial, reply)
+            self.sender.reply(serial, reply)
         elif kind == "notice":
-            notice = self._sender.signed(rest[0]) if self._sender else rest[0]
+            notice = self.sender.signed(rest[0])
             if isinstance(notice, Finished):
                 self.ledger.end(notice)
             else:

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from types import TracebackType
-from typing import Annotated, Any, NamedTuple, Protocol, Self
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol
 
 from macromicro.columns import Column, Quantity
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import SoftLimits
-from macromicro.serve.persist import Restored
-from macromicro.types import Clock, Command, Outputs, Sample
+from macromicro.serve.persist import Evident, Restored
+from macromicro.types import Command, Outputs, Sample
+
+if TYPE_CHECKING:
+    from macromicro.rig import guarded
+    from macromicro.rig.session import Session
+    from macromicro.serve.stage import rig
+
+    Guard = guarded.Guarded | rig.Guarded  # around one, or one that runs the laws as well
 
 
 class View(NamedTuple):
@@ -26,8 +32,7 @@ class View(NamedTuple):
     micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
     position: Annotated[float, Quantity("mm", "absolute position of the whole system", scale=1e3)]
     uncertainty: Annotated[
-        float,
-        Quantity("um", "half width of the interval that holds this position", scale=1e6),
+        float, Quantity("um", "half width of the interval that holds this position", scale=1e6)
     ]
     trusted: Annotated[float, Quantity("1", "is the position known since homing? 0 or 1", "i1")]
     offset: float  # encoder counts at coordinate 0
@@ -64,9 +69,7 @@ def stage_columns(name: str) -> tuple[Column, ...]:
         Column(f"{name}_motor", "V", f"effort {of}"),
         Column(f"{name}_position", "mm", f"position {of}"),
         Column(
-            f"{name}_uncertainty",
-            "um",
-            f"half width of the interval that holds the position {of}",
+            f"{name}_uncertainty", "um", f"half width of the interval that holds the position {of}"
         ),
     )
 
@@ -109,79 +112,17 @@ class Machine(Protocol):
     def view(self) -> View: ...
 
 
-class Guard(Protocol):
-    """The opened rig under its guard, in one of the two kinds below."""
+class Opened(NamedTuple):
+    """An opened machine, on which nothing is switched on."""
 
-    @property
-    def channels(self) -> tuple[str, ...]: ...
+    rig: Any
+    machine: Machine
+    guarded: Callable[[Session], Guard]
+    warm: Callable[[], None]  # runs everything of a period once
+    paced: bool = False  # its own clock waits
+    counted: bool = False  # its counter keeps counting while nothing runs
+    laser: Callable[[Sample], float] = lambda sample: math.nan  # carriage position by a laser, m
 
-    @property
-    def clock(self) -> Clock: ...
-
-    @property
-    def given(self) -> Outputs:
-        """The last outputs."""
-
-    @property
-    def tripped(self) -> bool: ...
-
-    @property
-    def temperature(self) -> float:
-        """Of the wires [degC], estimated, or NaN."""
-
-    @property
-    def doubt(self) -> str:
-        """Why the Hall sensor is implausible now, or ""."""
-
-    def read(self) -> Sample: ...
-
-    def stop(self) -> None: ...
-
-    def evidence(self) -> tuple[float, float, float, float]:
-        """Code, value, limit and time of the latched fault."""
-
-    def fault(self) -> tuple[Explained, bool]:
-        """The latched fault, and whether counts may have been missed."""
-
-    def renew(self) -> None: ...
-
-    def overlooked(self) -> str:
-        """Why counts may have been missed while a fault is latched, or ""."""
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
-
-
-class Direct(Guard, Protocol):
-    """A guard of a machine that gives the outputs itself, once a period."""
-
-    def expect(self, command: Command) -> None:
-        """Announce what the machine commands in this period."""
-
-    def write(self, outputs: Outputs) -> None:
-        """Write outputs if they pass."""
-
-
-class Driving(Guard, Protocol):
-    """Guards of stages whose laws follow set points."""
-
-    @property
-    def inner(self) -> int:
-        """Control periods of the laws in one period of the loop."""
-
-    def drive(self, courses: Sequence[Course]) -> None:
-        """Pass the period: laws and guards on these set points for `inner` control periods."""
-
-
-class Explained(Protocol):
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def evidence(self) -> str: ...
+    def witness(self, sample: Sample) -> Evident:
+        """Evidence for a saved position."""
+        return Evident(self.counted, self.laser(sample))

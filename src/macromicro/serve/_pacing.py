@@ -6,55 +6,23 @@ import ctypes
 import math
 import os
 import time
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from macromicro.serve.settings import OFF, ServeSettings
-from macromicro.serve.shared import BIN_S, BINS
-
-Counts = NDArray[np.int64]
 
 _PR_SET_TIMERSLACK = 29
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _NEAR = 1e-3  # of a period: how exactly a machine's time is told
 
 
-class Histogram:
-    """Times in bins of 1 us; the last bin is open."""
-
-    def __init__(self, counts: Counts | None = None) -> None:
-        self.counts: Counts = np.zeros(BINS, np.int64) if counts is None else counts
-        self.largest = 0.0
-
-    def add(self, seconds: float) -> None:
-        """Count a time; a negative one as 0."""
-        k = int(seconds * 1e6)
-        self.counts[k if 0 <= k < BINS else (BINS - 1 if k > 0 else 0)] += 1
-        self.largest = max(self.largest, seconds)
-
-    def quantile(self, share: float) -> float:
-        """The time that `share` (0..1) of the values do not exceed; NaN if there are none."""
-        reached = np.cumsum(self.counts)
-        total = int(reached[-1])
-        if not total:
-            return math.nan
-        k = int(np.searchsorted(reached, max(math.ceil(share * total), 1)))
-        return self.largest if k == BINS - 1 else min((k + 1) * BIN_S, self.largest)
-
-
 class Pacer:
     """Absolute deadlines `dt` apart; a missed one is skipped."""
 
-    def __init__(self, dt: float, window: int, counts: Counts | None = None) -> None:
+    def __init__(self, dt: float, window: int) -> None:
         self.dt = dt
         self.periods = 0
         self.missed = 0
-        self.lateness = Histogram(None if counts is None else counts[0])
-        self.work = Histogram(None if counts is None else counts[1])
-        self.late = 0.0
-        self.worked = 0.0
+        self.late = self.latest = 0.0  # how late the last period began, and the latest one
+        self.worked = self.longest = 0.0  # how long the last one computed, and the longest one
         self._recent = bytearray(max(window, 1))
         self._place = 0
         self._in_window = 0
@@ -88,12 +56,12 @@ class Pacer:
 
     def _end_work(self, now: float) -> None:
         self.worked = now - self._woke
-        self.work.add(self.worked)
+        self.longest = max(self.longest, self.worked)
 
     def _begin(self, now: float, missed: int = -1) -> int:
         self._woke = now
         self.late = now - self._deadline
-        self.lateness.add(self.late)
+        self.latest = max(self.latest, self.late)
         if missed < 0:
             missed = int(self.late / self.dt) if self.late >= self.dt else 0
         self._deadline += missed * self.dt
@@ -116,16 +84,8 @@ class Pacer:
         self._in_window = 0
 
 
-class Privileges(NamedTuple):
-    """What the system granted: policy, core (-1: any), timer slack [us], in words."""
-
-    realtime: bool
-    core: int
-    words: str
-
-
-def prepare(settings: ServeSettings) -> Privileges:
-    """Request timely wake-ups (real-time priority, a core, locked memory); reports refusals."""
+def prepare(settings: ServeSettings) -> str:
+    """Request timely wake-ups (real-time priority, a core, locked memory); what was granted."""
     words = []
     try:
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
@@ -144,17 +104,15 @@ def prepare(settings: ServeSettings) -> Privileges:
             words.append(f"no real-time priority ({reason}; `macromicro doctor` says how)")
     else:
         words.append("real-time priority switched off")
-    core = -1
     if settings.core >= 0:
         try:
             os.sched_setaffinity(0, {settings.core})
-            core = settings.core
-            words.append(f"bound to core {core}")
+            words.append(f"bound to core {settings.core}")
         except (OSError, AttributeError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             words.append(f"not bound to core {settings.core} ({reason})")
     words += _lock_memory() if realtime else []
-    return Privileges(realtime, core, ", ".join(words))
+    return ", ".join(words)
 
 
 def _lock_memory() -> list[str]:

@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 from macromicro.errors import MacromicroError
 from macromicro.serve import persist
@@ -18,24 +17,15 @@ FLICKER = 1.0  # counts: a carriage at rest may stand on an encoder's edge
 RETRY_S = 1.0  # after which a file that could not be written is tried again
 
 
-class Place(NamedTuple):
-    """The position that the loop shows now."""
-
-    row: int
-    encoder: float  # counts
-    offset: float  # counts
-    trusted: bool
-    why: str
-    moving: bool
-    laser: float = math.nan
-    others: tuple[tuple[float, float], ...] = ()  # counts and offset of each further stage
+NOWHERE = Kept("", math.nan, math.nan, False, "not known", True, 0.0)
+Shown = tuple[int, Kept]  # number of a row of telemetry, and the position that it shows
 
 
 class PositionStore:
     """Writes the position file; `begin_motion` precedes every request that moves."""
 
     def __init__(
-        self, path: Path, rig: str, look: Callable[[], Place | None], report: Callable[[str], None]
+        self, path: Path, rig: str, look: Callable[[], Shown | None], report: Callable[[str], None]
     ) -> None:
         self._path, self._rig = path, rig
         self._look, self._report = look, report
@@ -57,9 +47,8 @@ class PositionStore:
         async with self._writing:
             if self._moving:
                 return
-            place = self._look()
-            nan = math.nan
-            known = place or Place(0, nan, nan, False, "not known", True)
+            shown = self._look()
+            known = NOWHERE if shown is None else shown[1]
             try:
                 await self._save(known._replace(moving=True))
             except MacromicroError:
@@ -75,10 +64,10 @@ class PositionStore:
     async def update(self) -> None:
         """Write the position if the machine rests and the file differs, or trust has changed."""
         async with self._writing:
-            place = self._look()
-            if place is None or not math.isfinite(place.encoder):
+            row, place = self._look() or (0, NOWHERE)
+            if not math.isfinite(place.encoder):
                 return
-            if self._pending or place.row <= self._barrier or self._says(place):
+            if self._pending or row <= self._barrier or self._says(place):
                 return
             if time.monotonic() - self._failed < RETRY_S:
                 return
@@ -88,12 +77,12 @@ class PositionStore:
     async def lose(self, why: str) -> None:
         """Mark the position as unknown after the loop has died: the next start must home."""
         async with self._writing:
-            place = self._look()
-            if self._moving or place is None:  # "moving" says so already
+            shown = self._look()
+            if self._moving or shown is None:  # "moving" says so already
                 return
-            await self._save(place._replace(trusted=False, why=why))
+            await self._save(shown[1]._replace(trusted=False, why=why))
 
-    def _says(self, place: Place) -> bool:
+    def _says(self, place: Kept) -> bool:
         saved = self._saved
         if saved is None or saved.moving != place.moving or saved.why != place.why:
             return False
@@ -106,18 +95,8 @@ class PositionStore:
             near = near and (place.moving or _equal(left, count, FLICKER))
         return near and (same or not (saved.trusted or place.trusted))
 
-    async def _save(self, place: Place) -> None:
-        kept = Kept(
-            self._rig,
-            place.encoder,
-            place.offset,
-            place.trusted,
-            place.why,
-            place.moving,
-            time.time(),
-            place.laser,
-            place.others,
-        )
+    async def _save(self, place: Kept) -> None:
+        kept = place._replace(rig=self._rig, saved=time.time())
         self._saved = None
         try:
             await in_thread(persist.save, self._path, kept)

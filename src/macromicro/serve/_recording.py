@@ -128,10 +128,7 @@ class Recordings:
     """Begins and ends recordings; thread-safe. `attributes` go into each file."""
 
     def __init__(
-        self,
-        connection: LoopConnection,
-        settings: AnySettings,
-        attributes: Mapping[str, Attribute],
+        self, connection: LoopConnection, settings: AnySettings, attributes: Mapping[str, Attribute]
     ) -> None:
         self._connection, self._settings, self._attributes = connection, settings.serve, attributes
         self._machine, self._means = settings, Means(settings.telemetry, settings.period)
@@ -202,4 +199,4 @@ class Recordings:
     def _failed(self, reason: str) -> None:
         self._connection.tell("recording", "failed", {"reason": reason})
         if self._settings.recorder_failure == STOP:
-            self._connection.post(Stop(client="recorder"))
+            self._connection.sender.post(Stop(client="recorder"))

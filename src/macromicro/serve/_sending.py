@@ -38,35 +38,40 @@ def anybody() -> Refused | None:
 
 
 class Sender:
-    """Sends requests to one loop process, from the servers' event loop."""
+    """Sends requests to the loop process, from the servers' event loop; refuses while none runs."""
 
     def __init__(
+        self, wait: float, alive: Callable[[], bool], report: Callable[[str], None]
+    ) -> None:
+        self._wait, self._alive, self._report = wait, alive, report
+        self._stops = self._emergencies = self._releases = self._serial = 0
+        self._replies: dict[int, asyncio.Future[Reply]] = {}
+        self._stamping = threading.Lock()
+        self._presser = ""
+
+    def begin(
         self,
         child: Child,
         shared: Shared,
         store: PositionStore,
         outbox: Outbox,
-        wait: float,
-        alive: Callable[[], bool],
-        report: Callable[[str], None],
         stages: tuple[str, ...] = m.STAGES,
     ) -> None:
-        self._stages = stages
-        self._stops = self._emergencies = self._releases = self._serial = 0
-        self._child, self._shared = child, shared
-        self._store, self._outbox, self._wait = store, outbox, wait
-        self._alive, self._report = alive, report
-        self._replies: dict[int, asyncio.Future[Reply]] = {}
-        self._stamping = threading.Lock()
-        self._presser = ""
+        """Send to this loop process from now on."""
+        self._child, self._shared, self._stages = child, shared, stages
+        self._store, self._outbox = store, outbox
 
     @property
     def stops(self) -> Stops:
         """Counts of stops, which show whether one came meanwhile."""
         return self._stops, self._emergencies
 
-    async def ask(self, request: Any, allowed: Allowed, since: Stops | None) -> Reply:
+    async def ask(
+        self, request: Any, allowed: Allowed = anybody, since: Stops | None = None
+    ) -> Reply:
         """Send a request and wait for its reply; refused if a stop has come since `since`."""
+        if not self._alive():
+            return OFF
         # Whoever gives up waiting, the order is seen through.
         return await asyncio.shield(asyncio.ensure_future(self._ask(request, allowed, since)))
 
@@ -105,6 +110,8 @@ class Sender:
     @on_loop
     def post(self, request: Any) -> None:
         """Send a request without waiting for its reply."""
+        if not self._alive():
+            return
         refusal = self._send(0, request, time.monotonic_ns(), anybody, False)
         if refusal is not None and self._alive():
             self._report(f"{type(request).__name__} did not reach the loop: {refusal.reason}")
@@ -112,8 +119,9 @@ class Sender:
     def released(self) -> None:
         """Void pending requests and end a jog: nobody holds control."""
         self._releases += 1
-        for stage in self._stages:  # the stage that does not jog refuses it
-            self.post(m.Jog(stage, 0.0))
+        if self._alive():
+            for stage in self._stages:  # the stage that does not jog refuses it
+                self.post(m.Jog(stage, 0.0))
 
     async def _exchange(
         self, request: Any, asked: int, allowed: Allowed, *, trial: bool = False
@@ -164,6 +172,8 @@ class Sender:
 
     def emergency(self, client: str) -> float:
         """See `Station.emergency`; it needs no event loop."""
+        if not self._alive():
+            return math.nan
         stamp, deadline = self._stamp(client), time.monotonic() + ANSWER_S
         while (took := self._took(stamp, deadline)) is None:
             time.sleep(LOOK_S)
@@ -171,6 +181,8 @@ class Sender:
 
     async def emergency_stop(self, client: str) -> float:
         """The same within the event loop."""
+        if not self._alive():
+            return math.nan
         stamp, deadline = self._stamp(client), time.monotonic() + ANSWER_S
         while (took := self._took(stamp, deadline)) is None:
             await asyncio.sleep(LOOK_S)

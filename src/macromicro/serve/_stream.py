@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.messages import Refused
-from macromicro.serve._machine import Point
 from macromicro.serve.requests import place
+
+if TYPE_CHECKING:
+    from macromicro.serve._loop_connection import LoopConnection
 
 LATEST, OLDEST = 1e12, 10.0  # s: of a client's clock; age of a set point that was delayed
 DRIFT = 2e-4  # by which two clocks may differ in rate
-
-
-class Shows(Protocol):
-    def under_way(self, motion: int) -> bool: ...
-
-    def point(self, point: Point, at: int) -> None: ...
 
 
 class Stream:
@@ -31,7 +27,7 @@ class Stream:
         self._last, self._stamp = 0.0, -math.inf
 
     def take(
-        self, loop: Shows, point: m.SetPoint | m.SetPoints, stamp: float = math.nan
+        self, loop: LoopConnection, point: m.SetPoint | m.SetPoints, stamp: float = math.nan
     ) -> Refused | None:
         """Show the loop a set point; one that was overtaken by a later one is left out."""
         found = place(point)

@@ -6,18 +6,21 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from itertools import repeat
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from macromicro.control.live.messages import DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import SoftLimits
-from macromicro.serve import _lamps, faults
-from macromicro.serve._position_store import FLICKER, Place
+from macromicro.serve import faults
+from macromicro.serve._position_store import FLICKER, Shown
 from macromicro.serve.choosing import AnySettings
+from macromicro.serve.persist import Kept
 from macromicro.serve.shared import (
     ALIVE,
     EMERGENCY,
     INDEX,
+    LAMPS,
     SAFE_SINCE,
     SEEN,
     Shared,
@@ -26,6 +29,10 @@ from macromicro.serve.shared import (
 )
 from macromicro.serve.snapshot import AxisNow, Pace, RecordingState, Snapshot, Trouble
 
+if TYPE_CHECKING:
+    from macromicro.serve._holders import Holders
+    from macromicro.serve._loop_connection import LoopConnection
+
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
 STALE_S = 0.5  # age of the newest period from which on it says nothing of the present
 STOOD_S = 0.2  # without a new count, after which a carriage stands
@@ -33,17 +40,10 @@ _UNKNOWN = repeat(StageStatus())
 
 
 def snapshot(
-    shared: Shared | None,
-    running: bool,
-    trust: str,
-    switched_off: bool,
-    trouble: Trouble | None,
-    settings: AnySettings,
-    recording: RecordingState,
-    holder: str,
-    clients: tuple[str, ...],
+    connection: LoopConnection, settings: AnySettings, recording: RecordingState, holders: Holders
 ) -> Snapshot:
     """The machine now; without a loop, or with a silent one, the position is unknown."""
+    shared, running = connection.shared, connection.running
     now = shared.now() if shared is not None else None
     live = settings.live
     limits, columns = live.limits, settings.telemetry.names
@@ -61,7 +61,7 @@ def snapshot(
         limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
     value = dict(zip(columns, row.tolist(), strict=True))
     stale = not running or not age <= STALE_S
-    outputs = dict.fromkeys(("motor", "ctrl", "fan"), 0.0 if switched_off else math.nan)
+    outputs = dict.fromkeys(("motor", "ctrl", "fan"), 0.0 if connection.switched_off else math.nan)
     if running:
         outputs = {name: value[name] for name in outputs}
     mode = int(value["mode"]) if math.isfinite(value["mode"]) else DISABLED
@@ -73,7 +73,7 @@ def snapshot(
         position_m=value["position"] * 1e-3,
         uncertainty_m=math.inf if stale else value["uncertainty"] * 1e-6,
         trusted=value["trusted"] > 0.5 and not stale,
-        trust=trust,
+        trust=connection.trust,
         macro_count=value["macro_position"] - offset,
         macro_reference=value["macro_reference"] - offset,
         micro_m=value["hall_position"] * 1e-3,
@@ -84,13 +84,13 @@ def snapshot(
         temperature_c=value["temperature_estimate"],
         motion=int(value["motion"]) if running and math.isfinite(value["motion"]) else 0,
         limits=limits,
-        fault=trouble or fault,
+        fault=connection.trouble or fault,
         pace=pace,
         recording=recording,
-        holder=holder,
-        clients=clients,
+        holder=holders.holder,
+        clients=holders.clients,
         emergency_s=emergency_time(shared),
-        lines=_lines(settings, status) if running else (),
+        lines=tuple(_lines(settings, status)) if running else (),
         axes=tuple(_axes(settings, value, status, stale, running)),
         target_m=status.target if running else math.nan,
     )
@@ -102,9 +102,11 @@ def latched(shared: Shared, settings: AnySettings) -> Trouble | None:
     return None if now is None else faults.trouble(now[2], settings.live.place, settings.axes)
 
 
-def _lines(settings: AnySettings, status: Status) -> tuple[tuple[str, bool], ...]:
-    each = zip(settings.telemetry.stages, status.stages, strict=False)
-    return tuple(line for name, own in each for line in _lamps.told(own.lamps, name))
+def _lines(settings: AnySettings, status: Status) -> Iterator[tuple[str, bool]]:
+    for stage, own in zip(settings.telemetry.stages, status.stages, strict=False):
+        before = f"{stage}_" if stage else ""
+        each = zip(LAMPS, own.lamps, strict=True)
+        yield from ((f"{before}{name}", on > 0.0) for name, on in each if not math.isnan(on))
 
 
 def _counts(settings: AnySettings) -> list[str]:
@@ -150,8 +152,8 @@ def emergency_time(shared: Shared | None) -> float:
     return (safe - stamp) * 1e-9 if stamp and stamp == int(shared.cells[EMERGENCY]) else math.nan
 
 
-def place(shared: Shared, why: str, settings: AnySettings) -> Place | None:
-    """What the position file should say; None before the first row."""
+def place(shared: Shared, why: str, settings: AnySettings) -> Shown | None:
+    """What the position file should say of machine and rig; None before the first row."""
     now = shared.now()
     if now is None:
         return None
@@ -161,12 +163,13 @@ def place(shared: Shared, why: str, settings: AnySettings) -> Place | None:
     moving = int(row[INDEX["mode"]]) in MOVING or bool(row[INDEX["motion"]] > 0.0)
     offsets = [each.offset for each in status.stages] or [status.offset]
     found = [(float(row[encoders[k]]), offsets[k]) for k in settings.homing]
-    return Place(
-        written,
+    return written, Kept(
+        "",
         *found[0],
         bool(row[INDEX["trusted"]] > 0.5),
         why,
         moving or not _stands(shared, written, settings.period, encoders),
+        0.0,
         float(row[INDEX["laser"]] * 1e-6 - row[INDEX["hall_position"]] * 1e-3),
         tuple(found[1:]),
     )

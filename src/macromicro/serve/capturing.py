@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,13 @@ from numpy.typing import NDArray
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.control.live.messages import LIMIT, Finished
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema.par import finite
-from macromicro.serve.shared import ROWS
+from macromicro.serve.shared import ROWS, WRITTEN, Shared
+
+if TYPE_CHECKING:
+    from macromicro.serve._loop_connection import LoopConnection
+    from macromicro.serve.choosing import AnySettings
 
 NOW, EDGE, LEVEL, BEGIN, END, FAULT, AT_LIMIT = (
     "now", "edge", "level", "begin", "end", "fault", "limit",
@@ -59,12 +64,6 @@ class Captured(NamedTuple):
     units: tuple[str, ...]
     time: float  # of the trigger by the machine, s
     values: Array  # shape (names, rows)
-
-
-class Rows(Protocol):
-    """The ring of telemetry."""
-
-    def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]: ...
 
 
 Ends = Callable[[int], Finished | None]
@@ -118,7 +117,7 @@ class Capture:
         self._seen, self._last = count, np.full(len(columns), math.nan)
         self._at = 0  # number of the trigger's row
 
-    def look(self, ring: Rows, ends: Ends) -> None:
+    def look(self, ring: Shared, ends: Ends) -> None:
         """Look at every row that has come since."""
         if self.state == COMPLETE:
             return
@@ -138,7 +137,7 @@ class Capture:
             self.state, self._at = TRIGGERED, first + found
         self._fetch(ring)
 
-    def _fetch(self, ring: Rows) -> None:
+    def _fetch(self, ring: Shared) -> None:
         first = max(self._at - self._before, 0)
         _, count, block = ring.since(first)
         if count <= self._at + self._after and count >= self._at:
@@ -210,3 +209,48 @@ def csv(captured: Captured) -> str:
     lines = [",".join(f"{name} [{unit}]" for name, unit in pairs)]
     lines += [",".join(f"{value:.9g}" for value in row) for row in captured.values.T.tolist()]
     return "\n".join(lines) + "\n"
+
+
+class Captures:
+    """Looks at the telemetry for all of them; thread-safe."""
+
+    def __init__(self, connection: LoopConnection, settings: AnySettings) -> None:
+        self._connection, self._settings = connection, settings
+        self._lock = threading.Lock()
+        self._captures: dict[str, Capture] = {}
+
+    @property
+    def signals(self) -> tuple[Column, ...]:
+        """The columns that can be captured."""
+        form = self._settings.telemetry
+        return tuple(form.columns[k] for k in form.kept(self._connection.channels))
+
+    def begin(self, client: str, wanted: Wanted) -> Capture:
+        """Begin a capture, in place of the client's last one; raises InputError."""
+        shared, period = self._connection.shared, self._settings.period
+        checked(wanted, self.signals, period)
+        if shared is None or not self._connection.running:
+            raise ProblemError("capture", "the loop process is not running", "Start it again.")
+        form = self._settings.telemetry
+        capture = Capture(wanted, form.columns, form.scales, period, int(shared.cells[WRITTEN]))
+        with self._lock:
+            self._captures[client] = capture
+        return capture
+
+    def of(self, client: str) -> Capture | None:
+        """The client's capture."""
+        return self._captures.get(client)
+
+    def end(self, client: str) -> None:
+        with self._lock:
+            self._captures.pop(client, None)
+
+    def look(self) -> None:
+        """Look at the rows that have come; to be called periodically."""
+        shared, ledger = self._connection.shared, self._connection.ledger
+        if shared is None:
+            return
+        with self._lock:
+            waiting = list(self._captures.values())
+        for capture in waiting:
+            capture.look(shared, ledger.finished)

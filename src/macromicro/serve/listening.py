@@ -13,6 +13,7 @@ from typing import Self
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.serve import _background
 
+END_S = 60.0  # for the farewell of all clients
 ADDRESS = "an address of this computer, such as 127.0.0.1"
 
 
@@ -54,7 +55,8 @@ class Listener(ABC):
         """End all connections."""
         if self._task is not None:
             _background.call_soon(self._task.cancel)
-            self._ended.wait()
+            if not self._ended.wait(END_S):
+                raise MacromicroError(f"the {self._kind} server did not end within {END_S:g} s")
             self._task = None
 
     def __enter__(self) -> Self:

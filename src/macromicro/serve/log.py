@@ -9,7 +9,6 @@ import queue
 import sys
 from logging.handlers import QueueHandler, QueueListener, RotatingFileHandler
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from macromicro.errors import ProblemError
@@ -50,12 +49,7 @@ class Log:
         self._listener.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         LOG.removeHandler(self._entry)
         self._listener.stop()
         LOG.level, LOG.propagate = self._before

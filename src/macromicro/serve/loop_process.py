@@ -15,9 +15,9 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable
+from functools import partial
 from types import FrameType
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 from macromicro import hall_table
 from macromicro.control import calibration
@@ -32,72 +32,20 @@ from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.schema.text import printable
 from macromicro.serve import _pacing, faults
-from macromicro.serve._launching import taken
-from macromicro.serve._machine import Direct, Driving, Machine
+from macromicro.serve._launching import Spec, taken
+from macromicro.serve._machine import Opened
 from macromicro.serve.link import Outbox
 from macromicro.serve.live import Live
-from macromicro.serve.loop_spec import Spec
-from macromicro.serve.persist import Evident, Kept
+from macromicro.serve.persist import Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import Shared
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import others_beside, warm
-from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
 _SESSION = sessions.__file__
 FRAMES = 8  # innermost ones, of a traceback in the log
-
-
-class Drivable(Protocol):
-    """An opened machine."""
-
-    @property
-    def rig(self) -> Any: ...
-
-    @property
-    def paced(self) -> bool:
-        """Whether its own clock waits."""
-
-    def witness(self, sample: Sample) -> Evident:
-        """Evidence for a saved position."""
-
-    def machine(self) -> Machine: ...
-
-    def guarded(self, session: Session) -> Direct | Driving: ...
-
-    def warm(self) -> None:
-        """Run everything of a period once."""
-
-
-class Opened(NamedTuple):
-    """An opened machine: rig, guard, calibration, clock and the factory of its live machine."""
-
-    rig: Any
-    guard: guard.Guard
-    table: calibration.Calibration
-    paced: bool  # the rig's own clock waits
-    counted: bool  # the counter keeps counting while nothing runs
-    settings: LiveSettings
-    make: Callable[..., Machine]
-    stages: tuple[str, ...] = STAGES
-
-    def machine(self) -> Machine:
-        made = self.make(self.settings, self.table, self.stages)
-        if getattr(self.rig, "own_gains", False) and isinstance(made, Live):
-            made.own_gains = True
-        return made
-
-    def guarded(self, session: Session) -> CompiledGuarded:
-        return CompiledGuarded(session, self.guard, self.settings.period)
-
-    def warm(self) -> None:
-        warm(self.machine, self.guard, self.settings)
-
-    def witness(self, sample: Sample) -> Evident:
-        contraction = calibration.position(self.table, sample.hall)
-        return Evident(self.counted, sample.laser - contraction)
 
 
 def main() -> None:
@@ -107,7 +55,6 @@ def main() -> None:
     outbox = Outbox(end)
     try:
         opened = open_machine(spec)
-        machine = opened.machine()
         opened.warm()
     except InputError as error:
         kind = "problem" if isinstance(error, ProblemError) else "refused"
@@ -120,27 +67,25 @@ def main() -> None:
         outbox.send(("failed", traceback.format_exc(limit=-3)))
         sys.exit(1)
     session = Session(opened.rig, spec.settings.period)
-    status = drive(spec, opened, session, machine, shared, outbox)
+    status = drive(spec, opened, session, shared, outbox)
     outbox.send(("left", session.unstopped))
     outbox.flush()
     outbox.end()
     sys.exit(status)
 
 
-def open_machine(spec: Spec) -> Drivable:
-    """The rig of `spec`; nothing is switched on."""
+def open_machine(spec: Spec) -> Opened:
+    """The machine of `spec`; nothing is switched on."""
     settings = spec.settings
     if isinstance(settings, StageSettings):
-        from macromicro.serve.stage.opening import opened
+        from macromicro.serve.stage import opening
 
-        return opened(spec)
-    maker, _, function = spec.machine.partition(":")
-    make = getattr(importlib.import_module(maker), function)
+        return opening.opened(spec)
     if spec.rig == TWIN:
         with others_beside():
             rig = twin(settings, spec.seed, spec.kept)
         table = hall_table.of_bench(settings)
-        return Opened(rig, guard.prepare(settings.guard, table), table, False, True, settings, make)
+        return _two_stages(spec, settings, rig, guard.prepare(settings.guard, table), table, STAGES)
     fixture = open_rig(spec.rig, spec.seed, limits=settings.guard, gains=settings.controller)
     if fixture.kind != BENCH:
         problem = f"the rig is a {fixture.kind}"
@@ -155,8 +100,33 @@ def open_machine(spec: Spec) -> Drivable:
     if hasattr(rig, "yielding"):  # homing takes a limit switch for the stop
         rig.yielding = True
     limits = guard.prepare(fixture.limits or settings.guard, own)
+    opened = _two_stages(spec, settings, rig, limits, own, stages)
     paced = not isinstance(rig.clock, VirtualClock)
-    return Opened(rig, limits, own, paced, fixture.counted, settings, make, stages)
+    return opened._replace(paced=paced, counted=fixture.counted)
+
+
+def _two_stages(
+    spec: Spec,
+    settings: LiveSettings,
+    rig: Any,
+    limits: guard.Guard,
+    table: calibration.Calibration,
+    stages: tuple[str, ...],
+) -> Opened:
+    """The two-stage machine, or one of its stages, on the twin or a rig like it."""
+    maker, _, function = spec.machine.partition(":")
+    make = partial(getattr(importlib.import_module(maker), function), settings, table, stages)
+    machine = make()
+    if getattr(rig, "own_gains", False) and isinstance(machine, Live):
+        machine.own_gains = True
+    return Opened(
+        rig,
+        machine,
+        lambda session: CompiledGuarded(session, limits, settings.period),
+        lambda: warm(make(), limits, settings),
+        counted=True,
+        laser=lambda sample: sample.laser - calibration.position(table, sample.hall),
+    )
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
@@ -180,22 +150,15 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
     return CompiledTwin(plant, seed, state=state)
 
 
-def drive(
-    spec: Spec,
-    opened: Drivable,
-    session: Session,
-    machine: Machine,
-    shared: Shared,
-    outbox: Outbox,
-) -> int:
+def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: Outbox) -> int:
     """Loop until ordered to end and return the exit status; the rig is always stopped."""
     rig = opened.guarded(session)
     timed = bool(getattr(opened.rig, "timed", False))
     settings = spec.settings
-    paced, serve, period = opened.paced, settings.serve, settings.period
-    loop = Loop(rig, machine, shared, outbox, serve, period, paced, timed)
-    _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
-    privileges = _pacing.prepare(spec.settings.serve)
+    serve, period = settings.serve, settings.period
+    loop = Loop(rig, opened.machine, shared, outbox, serve, period, opened.paced, timed)
+    _die_with(spec.parent, loop, serve.loop_timeout)
+    granted = _pacing.prepare(serve)
     shared.ring[:] = 0.0  # every page is there before the first period
     gc.collect()
     gc.freeze()
@@ -203,9 +166,9 @@ def drive(
     signal.signal(signal.SIGTERM, _interrupted)  # what comes behind leaving the rig, too
     try:
         with rig:
-            outbox.send(("ready", privileges, tuple(session.channels)))
+            outbox.send(("ready", granted, tuple(session.channels)))
             try:
-                known = spec.settings.kept_as(spec.rig)
+                known = settings.kept_as(spec.rig)
                 ending = loop.run(spec.kept, known, opened.witness)
             finally:  # no more periods come: leaving the rig has a time of its own
                 outbox.send(("leaving",))
@@ -221,7 +184,7 @@ def drive(
         outbox.send(("trouble", faults.failed(code, text)))
         return 1
     if ending == ORPHANED:  # a server that was only halted hears of it later
-        allowed = spec.settings.serve.parent_timeout
+        allowed = serve.parent_timeout
         outbox.send(("ended", faults.silent(loop.silence, allowed)))
     return 0
 

@@ -40,9 +40,13 @@ class RequestType(NamedTuple):
     text: str
     fields: tuple[Field, ...] = ()
     access: str = CONTROL
-    effect: str = ""  # MOVES, WAKES, ENDS or ""
-    replaces: bool = False  # may replace a motion under way
-    motion: str = ""  # name of the motion, before its target
+    effect: str = ""  # MOVES, WAKES, ENDS or ""; what begins a `motion` moves
+    motion: str = ""  # name of the motion that it begins, before its target
+
+    @property
+    def replaces(self) -> bool:
+        """Whether it may replace a motion under way."""
+        return "replace" in self.message._fields
 
     @property
     def is_point(self) -> bool:
@@ -85,8 +89,6 @@ REQUESTS: tuple[RequestType, ...] = (
         "Move the whole positioner to a position: macro-stage, wait, micro-stage; or the "
         "micro-stage alone if it reaches the position.",
         (Field("position", "m", -10.0, 10.0, ends="whole"),),
-        effect=MOVES,
-        replaces=True,
         motion="move to",
     ),
     RequestType(
@@ -96,8 +98,6 @@ REQUESTS: tuple[RequestType, ...] = (
         "Move the whole positioner by a distance from the target of the last move, else from its "
         "position.",
         (Field("distance", "m", -10.0, 10.0),),
-        effect=MOVES,
-        replaces=True,
         motion="move by",
     ),
     RequestType(
@@ -106,8 +106,6 @@ REQUESTS: tuple[RequestType, ...] = (
         "MOVE:MACRo",
         "Move the macro-stage alone; the micro-stage is switched off.",
         (Field("position", "counts", -1e6, 1e6, ends="macro"),),
-        effect=MOVES,
-        replaces=True,
         motion="macro move to",
     ),
     RequestType(
@@ -116,8 +114,6 @@ REQUESTS: tuple[RequestType, ...] = (
         "MOVE:MICRo",
         "Move the micro-stage alone to a contraction.",
         (Field("contraction", "m", -1.0, 1.0, ends="micro"),),
-        effect=MOVES,
-        replaces=True,
         motion="micro move to",
     ),
     RequestType(
@@ -127,8 +123,6 @@ REQUESTS: tuple[RequestType, ...] = (
         "Move the macro-stage alone by some counts from its last target, else from its position; "
         "the micro-stage is switched off.",
         (Field("distance", "counts", -1e6, 1e6),),
-        effect=MOVES,
-        replaces=True,
         motion="macro move by",
     ),
     RequestType(
@@ -138,8 +132,6 @@ REQUESTS: tuple[RequestType, ...] = (
         "Move the micro-stage alone by a distance from the contraction that it holds, else from "
         "its position.",
         (Field("distance", "m", -1.0, 1.0),),
-        effect=MOVES,
-        replaces=True,
         motion="micro move by",
     ),
     RequestType(
@@ -151,8 +143,6 @@ REQUESTS: tuple[RequestType, ...] = (
             Field("x", "m", -10.0, 10.0, key="x", ends="x"),
             Field("y", "m", -10.0, 10.0, key="y", ends="y"),
         ),
-        effect=MOVES,
-        replaces=True,
         motion="move to",
     ),
     RequestType(
@@ -161,12 +151,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "MOVE:POINt:RELative",
         "Move all stages of a machine of several by distances on a straight line, each from the "
         "target that it holds, else from its position.",
-        (
-            Field("x", "m", -10.0, 10.0, key="x"),
-            Field("y", "m", -10.0, 10.0, key="y"),
-        ),
-        effect=MOVES,
-        replaces=True,
+        (Field("x", "m", -10.0, 10.0, key="x"), Field("y", "m", -10.0, 10.0, key="y")),
         motion="move by",
     ),
     RequestType(
@@ -178,8 +163,6 @@ REQUESTS: tuple[RequestType, ...] = (
             Field("axis", key="axis", choices=m.AXES),
             Field("position", "m", -10.0, 10.0, ends="{stage}"),
         ),
-        effect=MOVES,
-        replaces=True,
         motion="move axis to",
     ),
     RequestType(
@@ -188,12 +171,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "MOVE:{stage}:RELative",
         "Move the {stage} of a machine of several stages alone by a distance from the target that "
         "it holds, else from its position.",
-        (
-            Field("axis", key="axis", choices=m.AXES),
-            Field("distance", "m", -10.0, 10.0),
-        ),
-        effect=MOVES,
-        replaces=True,
+        (Field("axis", key="axis", choices=m.AXES), Field("distance", "m", -10.0, 10.0)),
         motion="move axis by",
     ),
     RequestType(
@@ -238,7 +216,6 @@ REQUESTS: tuple[RequestType, ...] = (
             Field("stage", key="stage", choices=(*m.STAGES, *m.AXES, m.ALL)),
             Field("hold", "s", m.SHORTEST_HOLD, m.LONGEST_HOLD, key="hold"),
         ),
-        effect=MOVES,
         motion="follow",
     ),
     RequestType(
@@ -249,12 +226,7 @@ REQUESTS: tuple[RequestType, ...] = (
         effect=ENDS,
     ),
     RequestType(
-        "home",
-        m.Home,
-        "HOME",
-        "Find the low end stop and set the position.",
-        effect=MOVES,
-        motion="homing",
+        "home", m.Home, "HOME", "Find the low end stop and set the position.", motion="homing"
     ),
     RequestType("zero", m.Zero, "ZERO", "Set the laser and the relative reading to zero."),
     RequestType(
@@ -274,9 +246,7 @@ REQUESTS: tuple[RequestType, ...] = (
         effect=WAKES,
     ),
     # What these carry (a plan, pairs, three pairs of ends) each protocol reads in its own way.
-    RequestType(
-        "programme", m.Programme, "PROGram:RUN", "Run it.", effect=MOVES, motion="programme"
-    ),
+    RequestType("programme", m.Programme, "PROGram:RUN", "Run it.", motion="programme"),
     RequestType("gains", m.SetGains, "GAIN", "Set it."),
     RequestType(
         "set speed",
@@ -367,7 +337,8 @@ def _named(choices: tuple[str, ...], axes: tuple[str, ...]) -> tuple[str, ...]:
 
 KINDS = of_axes(m.AXES)
 POINTS = streamed(m.AXES)
-_EFFECTS = {each.message: each.effect for each in REQUESTS} | {m.LinkLost: ENDS}
+_EFFECTS = {each.message: each.effect or (MOVES if each.motion else "") for each in REQUESTS}
+_EFFECTS[m.LinkLost] = ENDS
 
 
 def ends(request: Any) -> bool:

@@ -31,15 +31,19 @@ AUTO, OFF = "auto", "off"
 LEAST_LOOKS = 5  # periods within the shortest silence or wait that means anything
 
 
+def _own(unit: str, meaning: str, **rest: Any) -> Par:
+    """A parameter chosen for this server."""
+    return Par(unit, meaning, CHOICE, **rest)
+
+
 class ServeSettings(NamedTuple):
     """Table [serve] of a settings file."""
 
     parent_timeout: Annotated[
         float,
-        Par(
+        _own(
             "s",
             "silence of the server after which the loop makes the outputs safe and ends",
-            CHOICE,
             shown="ms",
             lo=0.1,
             hi=10.0,
@@ -47,10 +51,9 @@ class ServeSettings(NamedTuple):
     ] = 1.0
     loop_timeout: Annotated[
         float,
-        Par(
+        _own(
             "s",
             "time without a period after which the loop process is ended and its rig stopped",
-            CHOICE,
             shown="ms",
             lo=0.1,
             hi=10.0,
@@ -58,76 +61,69 @@ class ServeSettings(NamedTuple):
     ] = 0.5
     client_timeout: Annotated[
         float,
-        Par(
+        _own(
             "s",
             "silence of the client that holds control after which it counts as lost",
-            CHOICE,
             lo=0.2,
             hi=3600.0,
         ),
     ] = 5.0
     lost_client: Annotated[
         str,
-        Par(
+        _own(
             "",
             "when that client is lost: decelerate (stop) or hold the position (hold)",
-            CHOICE,
             choices=(STOP, HOLD),
         ),
     ] = STOP
     reply_timeout: Annotated[
         float,
-        Par(
+        _own(
             "s",
             "time within which the loop must reach a request; after that it expires",
-            CHOICE,
             lo=0.05,
             hi=60.0,
         ),
     ] = 1.0
     miss_share: Annotated[
         float,
-        Par(
+        _own(
             "",
             "share of missed periods in the window above which the machine stops; 1 for never",
-            CHOICE,
             positive=True,
             hi=1.0,
         ),
     ] = 0.1
     miss_window: Annotated[
-        float, Par("s", "window in which missed periods are counted", CHOICE, lo=0.05, hi=60.0)
+        float, _own("s", "window in which missed periods are counted", lo=0.05, hi=60.0)
     ] = 1.0
     realtime: Annotated[
         str,
-        Par(
+        _own(
             "",
             "real-time priority of the loop: where permitted (auto), or never (off)",
-            CHOICE,
             choices=(AUTO, OFF),
         ),
     ] = AUTO
     priority: Annotated[
-        int, Par("", "SCHED_FIFO priority of the loop, where permitted", CHOICE, lo=1, hi=90)
+        int, _own("", "SCHED_FIFO priority of the loop, where permitted", lo=1, hi=90)
     ] = 50
     core: Annotated[
-        int, Par("", "processor core that the loop is bound to; -1 for any", CHOICE, lo=-1, hi=4095)
+        int, _own("", "processor core that the loop is bound to; -1 for any", lo=-1, hi=4095)
     ] = -1
     recorder_failure: Annotated[
         str,
-        Par(
+        _own(
             "",
             "when the recording cannot be written: go on without it, or stop the machine",
-            CHOICE,
             choices=(GO_ON, STOP),
         ),
     ] = GO_ON
     recorder_capacity: Annotated[
         float,
-        Par(
+        _own(
             "s",
             "time for which a recording's disk space is reserved first; doubled as needed",
-            CHOICE,
             shown="min",
             lo=1.0,
             hi=86400.0,

@@ -49,7 +49,7 @@ NAMES = tuple(c.name for c in COLUMNS)
 INDEX = {name: k for k, name in enumerate(NAMES)}
 _LINED = layout(Lines, Enable).columns
 LINES = tuple(c.name for c in _LINED)
-NO_LINES = (math.nan,) * len(LINES)
+LAMPS = tuple(name for name in LINES if name != "index_count")
 _FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
 _recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
 _SCALED = [
@@ -123,7 +123,6 @@ PLAIN = published()
     POINT,  # serving process: counts streamed set points twice, odd while one is written
 ) = range(11)
 _POINT = 16  # serving process: time of the newest set point, then the number of its stages
-BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
 _LOOKS, _LOOK_S = 200, 5e-5
 
@@ -156,12 +155,10 @@ class StageStatus(NamedTuple):
 
     offset: float = math.nan  # encoder counts at coordinate 0
     target: float = math.nan
-    lamps: float = 0.0  # its lines, as `lamps.packed`
+    lamps: tuple[float, ...] = ()  # whether each of `LAMPS` is on, 0 or 1; NaN: it has none such
 
 
-_FIXED, _EACH = len(Status._fields) - 1, len(StageStatus._fields)
-
-
+_FIXED, _EACH = len(Status._fields) - 1, len(StageStatus._fields) - 1 + len(LAMPS)
 _turn = threading.Lock()
 
 
@@ -178,14 +175,14 @@ def fence() -> None:
 
 
 class Shared:
-    """The shared memory, mapped from `fd`: cells, ring of telemetry and timing histograms."""
+    """The shared memory, mapped from `fd`: cells, status and ring of telemetry."""
 
     def __init__(self, fd: int, rows: int = ROWS, form: Telemetry = PLAIN) -> None:
         self.fd, self.rows, self.form = fd, rows, form
         self.path = ""
         width, status = len(form.columns), _FIXED + _EACH * len(form.stages)
         point = 2 * max(len(form.stages), 1)  # position and velocity of each stage
-        start = _CELLS + status + point + 2 * BINS
+        start = _CELLS + status + point
         size = 8 * (start + width * rows)
         if os.fstat(fd).st_size != size:
             os.ftruncate(fd, size)
@@ -198,7 +195,6 @@ class Shared:
         self._status = floats[_CELLS : _CELLS + status]
         self._told = memory.data[_CELLS : _CELLS + status].cast("B")
         self._point = floats[_CELLS + status : _CELLS + status + point]
-        self.histograms = memory[start - 2 * BINS : start].reshape(2, BINS)
         # A row lies in one piece, so that writing it costs one copy.
         self._rows = memory.data[start:].cast("B")
         self.ring: NDArray[np.float64] = floats[start:].reshape(rows, width).T
@@ -295,8 +291,11 @@ class Shared:
                 break
             time.sleep(_LOOK_S)
         own = values[_FIXED:]
-        each = (StageStatus(*own[k : k + _EACH]) for k in range(0, len(own), _EACH))
-        return written, row, Status(*values[:_FIXED])._replace(stages=tuple(each))
+        stages = []
+        for k in range(0, len(own), _EACH):
+            offset, target, *lamps = own[k : k + _EACH]
+            stages.append(StageStatus(offset, target, tuple(lamps)))
+        return written, row, Status(*values[:_FIXED])._replace(stages=tuple(stages))
 
     def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
         """Rows after the first `count`: (lost, new count, copy float64[columns, rows])."""

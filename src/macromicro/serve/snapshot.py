@@ -49,6 +49,9 @@ class AxisNow(NamedTuple):
     target_m: float = math.nan
 
 
+OFF = ("off", "disabled", "fault")  # modes of a machine that is not enabled
+
+
 class Snapshot(NamedTuple):
     """The machine at one instant; positions are NaN before the first period."""
 
@@ -79,3 +82,7 @@ class Snapshot(NamedTuple):
     lines: tuple[tuple[str, bool], ...] = ()  # with the stage in front where there are several
     axes: tuple[AxisNow, ...] = ()  # of a machine of several
     target_m: float = math.nan
+
+    @property
+    def enabled(self) -> bool:
+        return self.mode not in OFF

@@ -3,25 +3,33 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.control.live.messages import MODES, Accepted, Event, Finished, Refused, Reply
 from macromicro.errors import MacromicroError
+from macromicro.recording_format import Attribute
 from macromicro.rig.opening import TWIN
-from macromicro.serve import _background, unconfirmed
+from macromicro.serve import _background, _watching, unconfirmed
 from macromicro.serve._background import in_thread, on_loop
-from macromicro.serve._observed import Observed
+from macromicro.serve._holders import Holders
+from macromicro.serve._launching import LIVE
+from macromicro.serve._ledger import InForce
+from macromicro.serve._loop_connection import LoopConnection
+from macromicro.serve._recording import Recordings
 from macromicro.serve._sending import SILENT, Stops
 from macromicro.serve._stream import Stream
 from macromicro.serve._trail import Trail
+from macromicro.serve.capturing import Captures
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.loop_spec import LIVE
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.snapshot import RecordingState
+from macromicro.serve.snapshot import RecordingState, Snapshot
 
 REST_S = 5.0  # longest wait for rest at the end
 FIRST_S = 1.0  # longest wait for the first period
@@ -30,7 +38,7 @@ REOPEN_S, REOPEN_MOST_S = 1.0, 5.0  # between two tries to open a failed rig aga
 LASTED_S = 30.0  # a rig that ran for so long failed by something new
 
 
-class Station(Observed):
+class Station:
     """Starts the loop process and speaks with it; a context manager.
 
     One client at a time holds control; all may watch and stop. Nothing moves on `start`.
@@ -47,8 +55,14 @@ class Station(Observed):
         state: Path | None = None,
         machine: str = LIVE,
     ) -> None:
-        super().__init__(rig, seed, settings or LiveSettings(), state, machine)
-        self._serve = self.settings.serve
+        settings = settings or LiveSettings()
+        self.settings, self.rig = settings, rig
+        self._serve = settings.serve
+        self._holders = Holders(self._serve.client_timeout)
+        self._connection = LoopConnection(rig, seed, settings, state, machine)
+        attributes: dict[str, Attribute] = {"rig": rig, "seed": seed, "modes": ", ".join(MODES)}
+        self._recordings = Recordings(self._connection, settings, attributes)
+        self.captures = Captures(self._connection, settings)
         self.started = False  # has its first period read the sensors?
         self._attending: Future[Any] | None = None
         self._ended = asyncio.Event()
@@ -83,7 +97,7 @@ class Station(Observed):
             self._attending.result()
             self._attending = None
         if self._connection.running:
-            _background.call(self._connection.ask(m.Stop(client="shutdown")))
+            _background.call(self._connection.sender.ask(m.Stop(client="shutdown")))
             deadline = time.monotonic() + REST_S
             while time.monotonic() < deadline and self._connection.moving:
                 time.sleep(0.01)
@@ -95,13 +109,55 @@ class Station(Observed):
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
+
+    # What everyone may see
+
+    @property
+    def holder(self) -> str:
+        return self._holders.holder
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        return self._connection.stages
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return self._connection.channels
+
+    @property
+    def in_force(self) -> InForce:
+        """Gains and speed limits in force."""
+        return self._connection.ledger.in_force
+
+    def snapshot(self) -> Snapshot:
+        recording = self._recordings.state
+        return _watching.snapshot(self._connection, self.settings, recording, self._holders)
+
+    def telemetry(self, since: int = -1) -> tuple[int, NDArray[np.float64], Sequence[str]]:
+        """Telemetry after row `since`: (number of the last row, float64[columns, rows], names)."""
+        shared, names = self._connection.shared, self.settings.telemetry.names
+        if shared is None:
+            return -1, np.empty((len(names), 0)), names
+        _, count, block = shared.since(since + 1)
+        return count - 1, block, names
+
+    def events(self, since: int = -1) -> tuple[int, list[Event]]:
+        """Events after number `since`: (number of the last one, events)."""
+        return self._connection.ledger.events(since)
+
+    def finished(self, motion: int, timeout: float | None = None) -> Finished | None:
+        """How a motion ended, waiting up to `timeout`; None while it is under way or unknown.
+
+        Within the event loop only with a timeout of 0.
+        """
+        ledger = self._connection.ledger
+        return ledger.finished(motion) if timeout == 0.0 else ledger.awaited(motion, timeout)
+
+    async def news(self) -> None:
+        """Wait for the next event, end of a motion or client that leaves."""
+        await self._connection.ledger.news()
 
     # Clients
 
@@ -136,7 +192,7 @@ class Station(Observed):
         reply = self._holders.release(client)
         if isinstance(reply, Accepted):
             self._tell("control", "released", {"client": client})
-            self._connection.released()
+            self._connection.sender.released()
         return reply
 
     @on_loop
@@ -154,7 +210,7 @@ class Station(Observed):
     @property
     def stops(self) -> Stops:
         """Counts of stops so far, for `order`."""
-        return self._connection.stops
+        return self._connection.sender.stops
 
     async def order(self, client: str, request: Any, since: Stops | None = None) -> Reply:
         """Pass a request to the machine and wait for its reply; a client's mistake never raises.
@@ -172,26 +228,26 @@ class Station(Observed):
         return _background.call(self.order(client, request, since))
 
     async def _order(self, client: str, request: Any, since: Stops | None) -> Reply:
-        since = self._connection.stops if since is None else since
+        since = self._connection.sender.stops if since is None else since
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
             return Refused(f"{found} is not a request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
-            if math.isnan(await self._connection.emergency_stop(client)):
+            if math.isnan(await self._connection.sender.emergency_stop(client)):
                 return unconfirmed.SILENT
             return Accepted()
         if not isinstance(request, m.Stop):
             refusal = self._holders.refusal(client)
             if refusal is not None:
                 return refusal
-            reply = await self._connection.ask(
+            reply = await self._connection.sender.ask(
                 request._replace(client=client), lambda: self._holders.refusal(client), since
             )
             if isinstance(request, m.Follow) and isinstance(reply, Accepted):
                 self._stream = Stream(reply.id, len(self.stages) if request.stage == m.ALL else 1)
             return reply
         self._holders.heartbeat(client)
-        reply = await self._connection.ask(request._replace(client=client))
+        reply = await self._connection.sender.ask(request._replace(client=client))
         return unconfirmed.SILENT if reply is SILENT else reply
 
     def renew(self, client: str) -> None:
@@ -217,11 +273,11 @@ class Station(Observed):
 
     def emergency(self, client: str = "") -> float:
         """Emergency stop past every queue: s until outputs were safe, NaN if unconfirmed."""
-        return self._pressed(client, self._connection.emergency(client))
+        return self._pressed(client, self._connection.sender.emergency(client))
 
     async def emergency_stop(self, client: str = "") -> float:
         """As `emergency`, within the event loop."""
-        return self._pressed(client, await self._connection.emergency_stop(client))
+        return self._pressed(client, await self._connection.sender.emergency_stop(client))
 
     def _pressed(self, client: str, took: float) -> float:
         reply = unconfirmed.SILENT if math.isnan(took) else Accepted()
@@ -288,7 +344,7 @@ class Station(Observed):
     def _lost(self, client: str, cause: str) -> None:
         action = self._serve.lost_client
         self._tell("control", "client lost", {"client": client, "why": cause, "action": action})
-        self._connection.post(m.LinkLost(action, client))
+        self._connection.sender.post(m.LinkLost(action, client))
 
     def _tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
         self._connection.tell(kind, cause, evidence)

@@ -1,16 +1,20 @@
-"""Requests and events in display units."""
+"""Requests, events and calibrations as clients see them, in display units."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from macromicro.control.live.alone import nearest
 from macromicro.control.live.messages import Event, MoveMicro, MoveMicroBy, SetGains, SetLimits
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
+from macromicro.machines.tree import is_corrected
 from macromicro.schema.par import Par, entries, finite
 from macromicro.units import convert
+
+if TYPE_CHECKING:
+    from macromicro.serve.choosing import AnySettings
 
 PARTS = ("macro", "micro", "whole")  # what has soft limits of its own
 _IN_MM = ("micro_low", "micro_high")
@@ -77,3 +81,12 @@ def request(request: Any, control: Any = None) -> dict[str, Any]:
     elif isinstance(request, SetLimits) and isinstance(request.limits, SoftLimits):
         facts["limits"] = SoftLimits(**limits(request.limits))
     return facts
+
+
+def calibrations(settings: AnySettings) -> list[dict[str, Any]]:
+    """Of each calibrated stage its name, when it was measured, and the temperatures [degC]."""
+    corrections = ((name, own.correction) for name, own in settings.trees if is_corrected(own))
+    return [
+        {"stage": name, "made": p.made, "temperature": p.temperature, "cold": p.cold, "hot": p.hot}
+        for name, p in corrections
+    ]

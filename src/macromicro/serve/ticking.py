@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from macromicro.control.live.messages import (
     MODES,
@@ -19,23 +19,44 @@ from macromicro.control.live.messages import (
     Reply,
 )
 from macromicro.serve import faults, requests
-from macromicro.serve._machine import Direct, Driving, Machine, StageView, View
+from macromicro.serve._machine import Machine, StageView, View
 from macromicro.serve._pacing import Pacer
-from macromicro.serve._silence import Silence
 from macromicro.serve.link import Outbox
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import (
-    EMERGENCY,
-    POINT,
-    SAFE_SINCE,
-    SEEN,
-    Shared,
-    Vitals,
-    telemetry,
-)
+from macromicro.serve.shared import EMERGENCY, POINT, SAFE_SINCE, SEEN, Shared, Vitals, telemetry
 from macromicro.types import SAFE, Command, Sample
+
+PERIODS = 5  # without a value that count as silence
+
+
+class Silence:
+    """Watches the laser, if `present`."""
+
+    def __init__(self, present: bool) -> None:
+        self._present = present
+        self._missing = 0
+
+    def look(self, laser: float, time: float) -> Event | None:
+        """The event of this reading: laser lost or back."""
+        if not math.isnan(laser):
+            was, self._missing = self._missing, 0
+            if was < PERIODS or not self._present:
+                return None
+            return Event(time, "sensor", "", "", "laser back", {"silent_periods": was})
+        self._missing += 1
+        if self._missing != PERIODS or not self._present:
+            return None
+        words = "the position is now known to half a count only; the laser's column is empty"
+        remedy = "clear its beam and check its controller; zero it again before use"
+        return Event(time, "sensor", "", "", "laser lost", {"effect": words, "remedy": remedy})
+
+
+if TYPE_CHECKING:
+    from macromicro.rig import guarded
+    from macromicro.serve._machine import Guard
+    from macromicro.serve.stage import rig as stage_rig
 
 Witness = Callable[[Sample], Evident]
 
@@ -47,7 +68,7 @@ class Loop:
 
     def __init__(
         self,
-        rig: Direct | Driving,
+        rig: Guard,
         machine: Machine,
         shared: Shared,
         outbox: Outbox,
@@ -56,7 +77,7 @@ class Loop:
         paced: bool,
         timed: bool = False,
     ) -> None:
-        self.pacer = Pacer(dt, round(settings.miss_window / dt), shared.histograms)
+        self.pacer = Pacer(dt, round(settings.miss_window / dt))
         self.orphaned = False  # set by a signal handler when the serving process dies
         self._rig, self._machine = rig, machine
         self._shared, self._cells = shared, shared.cells
@@ -64,13 +85,14 @@ class Loop:
         self._settings = settings
         self._dt, self._paced, self._timed = dt, paced, timed
         self._lines: Callable[[], Sequence[float]] = getattr(rig, "lines", _nothing)
-        self._lamps: Callable[[], Sequence[float]] = getattr(rig, "lamps", _nothing)
+        self._lamps: Callable[[], Sequence[Sequence[float]]] = getattr(rig, "lamps", _nothing)
         self._views: Callable[[], Sequence[StageView]] = getattr(machine, "views", _nothing)
         # A law that runs beside the rig tells itself what it remembers, before one of the machine.
         told = getattr(rig, "own", None) or getattr(machine, "own", None)
         self._own: Callable[[], Sequence[float] | None] = told or _nothing
-        self._driving = cast("Driving", rig) if hasattr(rig, "drive") else None
-        self._direct = None if self._driving else cast("Direct", rig)
+        # Stages' laws give the outputs by themselves; the two-stage machine gives its own.
+        self._driving = cast("stage_rig.Guarded", rig) if hasattr(rig, "drive") else None
+        self._direct = None if self._driving else cast("guarded.Guarded", rig)
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = self._renewed = self._point = 0
         self._heard = time.monotonic()
@@ -284,8 +306,8 @@ class Loop:
             pacer.periods,
             pacer.missed,
             pacer.share,
-            pacer.lateness.largest,
-            pacer.work.largest,
+            pacer.latest,
+            pacer.longest,
             *self._fault,
             view.offset,
             *view.limits,
@@ -293,7 +315,7 @@ class Loop:
         ]
         stages: Sequence[Any] = views or (view,)
         for each, lamps in zip(stages, self._lamps(), strict=False):
-            status += (each.offset, each.target, lamps)
+            status += (each.offset, each.target, *lamps)
         return status
 
 

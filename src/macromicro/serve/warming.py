@@ -6,10 +6,11 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from macromicro.control.live import parameters
 from macromicro.control.live.messages import (
     MACRO,
     MICRO,
@@ -25,25 +26,29 @@ from macromicro.control.live.messages import (
     MoveTo,
     Stop,
 )
-from macromicro.control.live.parameters import Live
 from macromicro.kernel import cache_folder
 from macromicro.plant import bench
 from macromicro.rig.guard import Guard
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.twin import CompiledTwin, Twin
-from macromicro.serve._machine import Machine
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import Shared
 from macromicro.serve.ticking import Loop
 
+if TYPE_CHECKING:
+    from macromicro.serve._machine import Guard as Guarded
+    from macromicro.serve._machine import Machine
+    from macromicro.serve.choosing import AnySettings
+    from macromicro.serve.live import Live
+
 _KERNELS = ("twin._bench", "guarded._guard", "surveying._survey")
 _REST = 200  # periods within which a motion is braked, and the carriage seen to stand
 _ARRIVAL = 400  # periods within which a short move of the carriage is on target and settling
 
 
-def requests(live: Live) -> tuple[tuple[Any, int], ...]:
+def requests(live: parameters.Live) -> tuple[tuple[Any, int], ...]:
     """The requests of the rehearsal with their periods, moves first."""
     near, jogs = live.limits, live.jogging
     contraction = 0.5 * (near.micro_low + near.micro_high)
@@ -105,38 +110,37 @@ def others() -> None:
     from macromicro.rig import guard
     from macromicro.serve import live
 
-    spec = LiveSettings()
-    table = hall_table.of_bench(spec)
-    twin = Twin(bench.prepare(spec.bench, spec.sensors), 0)
-    limits = guard.prepare(spec.guard, table)
-    _drive(twin, lambda: live.make(spec, table), limits, spec, ((Stop(), 2),))
+    settings = LiveSettings()
+    table = hall_table.of_bench(settings)
+    twin = Twin(bench.prepare(settings.bench, settings.sensors), 0)
+    guarded = CompiledGuarded(twin, guard.prepare(settings.guard, table), settings.period)
+    rehearse(guarded, live.make(settings, table), settings, ((Stop(), 2),))
 
 
-def warm(make: Callable[[], Machine], limits: Guard, settings: LiveSettings) -> None:
-    """Drive a similar machine on a virtual bench through the same loop, as fast as possible."""
+def warm(machine: Live, limits: Guard, settings: LiveSettings) -> None:
+    """Drive a machine on a virtual bench through the same loop, as fast as possible."""
     plain = LiveSettings()
     twin = CompiledTwin(bench.prepare(plain.bench, plain.sensors), 0)
-    _drive(twin, make, limits, settings, requests(settings.live))
+    guarded = CompiledGuarded(twin, limits, settings.period)
+    rehearse(guarded, machine, settings, requests(settings.live))
 
 
-def _drive(
-    twin: Twin,
-    make: Callable[[], Machine],
-    limits: Guard,
-    settings: LiveSettings,
-    asked: tuple[tuple[Any, int], ...],
+def rehearse(
+    guarded: Guarded, machine: Machine, settings: AnySettings, asked: Sequence[tuple[Any, int]]
 ) -> None:
-    shared = Shared.create(256, settings.telemetry)
+    """Run everything of a period once: from a known position, and from an unknown one."""
+    shared, period = Shared.create(256, settings.telemetry), settings.period
     ours, theirs = pair()
+    offsets = (0.0,) * len(settings.axes)
+    starts = [Restored(True, 0.0, "warming", offsets), Restored(False, math.nan, "warming")]
+    if not getattr(machine, "searches", True):  # it is trusted whatever is known from before
+        del starts[1]
     try:
-        rig = CompiledGuarded(twin, limits, settings.period)
-        machine = make()
-        loop = Loop(rig, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
-        with rig:
-            machine.begin(rig.read(), Restored(True, 0.0, "warming"))
-            loop.rehearse(asked)
-            machine.begin(rig.read(), Restored(False, math.nan, "warming"))
-            loop.rehearse(asked)
+        loop = Loop(guarded, machine, shared, Outbox(theirs), settings.serve, period, False)
+        with guarded:
+            for start in starts:
+                machine.begin(guarded.read(), start)
+                loop.rehearse(asked)
     finally:
         ours.close()
         theirs.close()

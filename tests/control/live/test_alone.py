@@ -11,9 +11,9 @@ import pytest
 from macromicro.control import calibration
 from macromicro.control.live import alone
 from macromicro.control.live import messages as m
+from macromicro.control.live.alone import possible
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.control.live.parameters import STAGES, Live, prepare
-from macromicro.control.live.possible import possible
 from macromicro.control.live.state import begin, uncertainty
 from macromicro.control.live.transitions import untrusted
 from macromicro.control.settings import Control

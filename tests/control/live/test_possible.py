@@ -7,9 +7,9 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.accept import accept
+from macromicro.control.live.alone import possible
 from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Live
-from macromicro.control.live.possible import possible
 from macromicro.control.supervisor import Plan
 
 from .bench import Machine, homed

@@ -17,8 +17,8 @@ from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.rig import TICK, BoardRig
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
+from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve.loop_process import open_machine
-from macromicro.serve.loop_spec import LIVE, Spec
 from macromicro.serve.settings import LiveSettings
 from macromicro.types import Command, Outputs
 
@@ -140,7 +140,7 @@ def test_set_points_go_to_the_board_only_in_its_own_loop(loop: str, name: str) -
 @pytest.mark.parametrize(("more", "refused"), [("", True), (",loop=host", False)])
 def test_gains_that_the_board_would_not_use_are_refused(more: str, refused: bool) -> None:
     spec = Spec(f"board:/dev/none{more}", 0, LiveSettings(), "nothing kept", LIVE, 0)
-    machine = open_machine(spec).machine()
+    machine = open_machine(spec).machine
     request = SetGains((("pd_tuned.now", Control().pd_tuned.now),))
     reply, _ = machine.accept(request)
     assert isinstance(reply, Refused) == refused, reply

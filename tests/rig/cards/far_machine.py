@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from macromicro.rig.cards._clock import Deadlines
+from macromicro.rig.cards._rig import Deadlines
 from macromicro.types import SAFE, Sample
 
 _CELLS = struct.Struct("dddd")

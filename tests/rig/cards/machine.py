@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from macromicro.plant import bench
-from macromicro.rig.cards._clock import Deadlines
+from macromicro.rig.cards._rig import Deadlines
 from macromicro.rig.twin import CompiledTwin
 from macromicro.settings import Settings
 from macromicro.types import SAFE, Outputs, Sample

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.rig.cards import _clock
+from macromicro.rig.cards import _rig as _clock
 
 
 class Time:

@@ -13,17 +13,18 @@ from typing import Any, NamedTuple
 
 import pytest
 from tests.serve.fake_station import FakeStation
-from tests.serve.scpi.client import Client, until
+from tests.serve.scpi.client import Client
 from tests.serve.web.web_parts import Client as Page
 from tests.serve.web.web_parts import Station as PageStation
 from tests.systems import linux
+from tests.waiting import until
 
 from macromicro.serve.door import _connection
-from macromicro.serve.door._bounds import Bounds
-from macromicro.serve.epics import _circuits
+from macromicro.serve.door._connection import Bounds
+from macromicro.serve.epics import _channels
 from macromicro.serve.epics.server import EpicsServer
 from macromicro.serve.gcs import GcsServer
-from macromicro.serve.gcs._connection import BOUNDS
+from macromicro.serve.gcs.server import BOUNDS
 from macromicro.serve.hosts import LEAST_TOKEN
 from macromicro.serve.listening import Listener
 from macromicro.serve.scpi import Server
@@ -369,7 +370,7 @@ def test_the_system_asks_whether_a_circuit_lives(records: EpicsServer) -> None:
 
 def test_circuits_are_counted(records: EpicsServer) -> None:
     """Those beyond the count are closed at once; the ones before go on."""
-    held = [answered(records) for _ in range(_circuits.MOST)]
+    held = [answered(records) for _ in range(_channels.MOST)]
     with socket.create_connection(records.address, 10.0) as client:
         assert ends(client)
     held[0].sendall(ECHO)

@@ -12,14 +12,15 @@ from typing import Any
 import pytest
 from tests import browser
 from tests.serve.fake_station import FakeStation
-from tests.serve.scpi.client import Client, until
+from tests.serve.scpi.client import Client
+from tests.waiting import until
 
 from macromicro.serve.door import _first_line
 from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
 from macromicro.serve.gcs import GcsServer
-from macromicro.serve.gcs._grammar import GRAMMAR as GCS
+from macromicro.serve.gcs.server import GRAMMAR as GCS
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi._grammar import GRAMMAR as SCPI
+from macromicro.serve.scpi.server import GRAMMAR as SCPI
 from macromicro.serve.web import WebServer
 
 DEADLY = b"\nSYST:LOCK:REQ?;:ENAB\nHOME\nABOR\nSTOP\nSVO 1 1\nFRF\nMOV 1 100\nSTP\n"

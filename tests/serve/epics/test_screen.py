@@ -18,7 +18,7 @@ from macromicro.errors import InputError
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.epics._machine import Channels
 from macromicro.serve.epics.server import EpicsServer, checked
-from macromicro.serve.guesses import Token
+from macromicro.serve.hosts import Token
 
 
 def test_every_channel_of_the_screen_is_served() -> None:

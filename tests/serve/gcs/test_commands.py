@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 import pytest
 from fake_station import FakeStation
-from tests.serve.scpi.client import Client, until
+from tests.serve.scpi.client import Client
+from tests.waiting import until
 
 from macromicro.control.live import messages as m
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import socket
 import struct
-import time
-from collections.abc import Callable
 
 WAIT = 10.0
 
@@ -45,11 +43,3 @@ class Client:
             while True:
                 sent += self.socket.send(data)
         return sent
-
-
-def until(true: Callable[[], bool]) -> None:
-    """Wait for what must come; fails where it does not."""
-    deadline = time.monotonic() + WAIT
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)

@@ -11,11 +11,11 @@ import pytest
 from fake_station import FakeStation
 
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.guesses import Token
+from macromicro.serve.hosts import Token
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi._execution import attempt
 from macromicro.serve.scpi._message import parse
 from macromicro.serve.scpi._session import Session
+from macromicro.serve.scpi.server import attempt
 from macromicro.serve.scpi.tree import TREE
 
 from .client import Client

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.serve.scpi._framing import Framer
+from macromicro.serve.scpi._intake import Framer
 from macromicro.serve.scpi.errors import ScpiError
 
 

@@ -6,12 +6,13 @@ import threading
 import time
 
 import pytest
+from tests.waiting import until
 
 from macromicro import programme
 from macromicro.control.live import messages as m
 from macromicro.serve.scpi import Bounds, Server
 
-from .client import Client, until
+from .client import Client
 
 PATIENCE = 0.5  # s: serve.client_timeout
 
@@ -35,18 +36,6 @@ def moving(client: Client, station) -> None:
     until(lambda: station.motion == 1)
 
 
-@pytest.mark.parametrize("how", ["close", "reset"])
-def test_the_end_is_noticed_behind_what_is_not_read(server, station, how) -> None:
-    """More messages wait than the server reads ahead."""
-    client = Client(server.address)
-    moving(client, station)
-    client.send(b"POS?\n" * 300)
-    time.sleep(0.2)
-    getattr(client, how)()
-    until(lambda: station.holder == "" and not station.connected)
-    assert station.ended[1].outcome == "lost"
-
-
 @pytest.mark.parametrize("how", [pytest.param("close", marks=pytest.mark.slow), "reset"])
 def test_the_end_is_noticed_behind_a_full_socket(station, how) -> None:
     """Its end waits in the client's own system, behind what nobody takes."""
@@ -58,16 +47,6 @@ def test_the_end_is_noticed_behind_a_full_socket(station, how) -> None:
         getattr(client, how)()
         until(lambda: station.holder == "" and not station.connected)
         assert station.ended[1].outcome == "lost"
-
-
-def test_whom_nothing_can_be_taken_from_is_let_go(strict) -> None:
-    """Alive or dead, that cannot be told; nor would a stop of it be heard."""
-    with Server(strict, port=0) as server:
-        client = Client(server.address)
-        moving(client, strict)
-        client.fill(b"POS?\n" * 10_000)
-        until(lambda: strict.holder == "" and not strict.connected)
-        client.close()
 
 
 def test_a_patient_client_that_is_far_ahead_stays(strict) -> None:

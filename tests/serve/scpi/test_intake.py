@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.door._connection import Bounds
 from macromicro.serve.scpi import _intake
 from macromicro.serve.scpi._intake import PIECE, Intake
 from macromicro.serve.scpi._message import MOST_UNITS, SLICE, Message, reading

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.door._connection import Bounds
 from macromicro.serve.scpi import Server
 from macromicro.serve.scpi._message import MOST_UNITS
 from macromicro.serve.scpi.errors import QUEUE

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 
 from macromicro.control.live import messages as m
-from macromicro.serve.scpi._execution import attempt
 from macromicro.serve.scpi._message import parse
+from macromicro.serve.scpi.server import attempt
 from macromicro.serve.scpi.tree import TREE
 
 

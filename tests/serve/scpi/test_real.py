@@ -7,12 +7,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.systems import posix
+from tests.waiting import until
 
 from macromicro.recording import Recording
 from macromicro.serve.scpi import Server
@@ -21,13 +22,6 @@ from macromicro.serve.station import Station
 
 pyvisa = pytest.importorskip("pyvisa")
 pytestmark = pytest.mark.slow
-
-
-def until(true: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 60.0
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 @pytest.fixture(scope="module")

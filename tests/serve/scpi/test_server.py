@@ -9,19 +9,18 @@ import socket
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
-from tests.systems import linux, posix
+from tests.systems import posix
+from tests.waiting import until
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
-from macromicro.serve.door import _connection, _monitor
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import is_loopback
+from macromicro.serve.door import _connection
+from macromicro.serve.hosts import Token, is_loopback
 from macromicro.serve.scpi import Bounds, Server
 
-from .client import WAIT, Client, until
+from .client import WAIT, Client
 
 
 def test_question_and_answer(connect) -> None:
@@ -143,17 +142,6 @@ def first_name(client) -> str:
     return f"scpi 127.0.0.1:{client.socket.getsockname()[1]}"
 
 
-def test_a_client_that_goes_loses_control(connect, station) -> None:
-    client, other = connect(), connect()
-    client.ask("SYST:LOCK:REQ?")
-    client.send("MOVE:ABS 10 MM;*OPC?")
-    until(lambda: station.motion == 1)
-    client.close()
-    until(lambda: station.holder == "")
-    assert station.ended[1].outcome == "lost"
-    assert other.ask("SYST:LOCK:REQ?") == "1"
-
-
 @posix
 def test_a_killed_client_loses_control_in_the_middle_of_a_move(server, station) -> None:
     code = (
@@ -172,18 +160,6 @@ def test_a_killed_client_loses_control_in_the_middle_of_a_move(server, station) 
     finally:
         process.kill()
         process.wait()
-
-
-def test_what_came_before_the_end_is_still_answered(server) -> None:
-    """As with `echo '*IDN?' | nc -N`."""
-    client = Client(server.address)
-    client.send("*IDN?")
-    client.send("POS?")
-    client.socket.shutdown(socket.SHUT_WR)
-    assert client.line().startswith("macromicro,")
-    assert client.line().startswith("42.1234,")
-    assert client.line() == ""
-    client.close()
 
 
 def test_orders_of_a_client_that_has_gone_are_not_done(server, station) -> None:
@@ -213,23 +189,6 @@ def test_beats_and_watchdog(connect, station) -> None:
     assert station.holder == name
     station.end("done")
     assert client.line() == "1;1"
-
-
-@linux
-def test_half_open_connections_are_found_by_the_system(connect, server) -> None:
-    """The system asks on its own, on each accepted socket, whether the other end lives:
-    its keep-alive timer (02) runs, and within 5 s."""
-    client = connect()
-    client.ask("*IDN?")
-    ends = (f":{server.address[1]:04X}", f":{client.socket.getsockname()[1]:04X}")
-
-    def timer() -> list[str]:
-        rows = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
-        return [r[5] for r in rows if r[1].endswith(ends[0]) and r[2].endswith(ends[1])]
-
-    until(lambda: timer()[0].startswith("02:"))  # not while an answer is on its way
-    ((kind, ticks),) = [t.split(":") for t in timer()]
-    assert kind == "02" and int(ticks, 16) <= 5 * os.sysconf("SC_CLK_TCK")
 
 
 def test_garbage_and_long_lines_leave_the_others_alone(connect, station) -> None:
@@ -268,22 +227,6 @@ def test_a_flooding_client_starves_nobody(connect, station) -> None:
     assert station.emergencies == 1
 
 
-def test_a_client_that_does_not_read_is_let_go(station) -> None:
-    """Answers that pile up end the connection after `unread`, not the server's memory."""
-    bounds = Bounds(unread=0.5, rate=1e6, burst=1e6)
-    with Server(station, port=0, bounds=bounds) as server:
-        lazy, other = Client(server.address), Client(server.address)
-        lazy.send("FORM ASC")
-        lazy.socket.setblocking(False)
-        with contextlib.suppress(BlockingIOError):
-            for _ in range(3000):
-                lazy.socket.send(b"WAV:DATA? t,5\n" * 10)
-        until(lambda: len(station.connected) == 1)
-        assert other.ask("*IDN?")
-        lazy.close()
-        other.close()
-
-
 def gone(client: Client) -> bool:
     """Has the server ended this connection?"""
     try:
@@ -320,15 +263,6 @@ def test_who_gave_the_token_keeps_its_place(station) -> None:
         other.close()
 
 
-def test_connections_without_a_word_keep_nobody_out(station) -> None:
-    with Server(station, port=0, bounds=Bounds(clients=2, silent=4)) as server:
-        silent = [Client(server.address) for _ in range(8)]
-        own = Client(server.address)
-        assert own.ask("*IDN?") and gone(silent[0])
-        for client in (*silent, own):
-            client.close()
-
-
 def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
     """They count for the address: a new connection has no new tries, nor has the page."""
     monkeypatch.setattr(_connection, "PENALTY", 0.01)
@@ -356,9 +290,10 @@ def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
 def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -> None:
     """Each accepted socket sends at once what there is to send (TCP_NODELAY)."""
     seen: list[int] = []
+    prepare = _connection.prepare
 
     def watched(accepted: socket.socket) -> None:
-        _monitor.prepare(accepted)
+        prepare(accepted)
         seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
 
     monkeypatch.setattr(_connection, "prepare", watched)

@@ -319,8 +319,8 @@ def test_a_stop_in_a_broken_message_is_heard(bench) -> None:
 
 
 def test_orders_from_before_a_stop_are_dropped(bench) -> None:
-    from macromicro.serve.scpi._execution import attempt
     from macromicro.serve.scpi._message import parse
+    from macromicro.serve.scpi.server import attempt
     from macromicro.serve.scpi.tree import TREE
 
     session = bench.session

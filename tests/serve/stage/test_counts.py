@@ -6,13 +6,13 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.serve.joint.bed import Bed as Both
+from tests.serve.group.bed import Bed as Both
 from tests.serve.stage.bed import Bed
 from tests.serve.stage.test_lines import EXAMPLES, written
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
-from macromicro.serve.stage._counts import counted, shared_out
+from macromicro.serve.stage.rig import counted, shared_out
 
 NOISY = 'noise = "5 um"\n'  # of 0.4 counts
 

@@ -127,5 +127,5 @@ def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
 def test_viewers_get_them_behind_all_others() -> None:
     names = published(law=(SPEED,)).names
     block = np.array([row([float(k)]) for k in range(4)]).T
-    made = bins.traces(block, names, 1.0, own=["law_speed"])
+    made = bins.Plots(names, 1.0, law=["law_speed"]).traces(block)
     assert len(made) == len(bins.CHANNELS) + 1 and made[-1].tolist() == [0.0, 1.0, 2.0, 3.0]

@@ -17,9 +17,11 @@ from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH
+from macromicro.rig.session import Session
 from macromicro.serve import shared
-from macromicro.serve.shared import LINES
-from macromicro.serve.stage import settings
+from macromicro.serve.shared import LAMPS, LINES
+from macromicro.serve.stage import opening, settings
+from macromicro.serve.stage.rig import Guarded
 from macromicro.serve.station import Station
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
@@ -299,3 +301,23 @@ def test_a_rig_of_a_users_with_lines(lab: tuple[str, Path], tmp_path: Path) -> N
         InputError, match=r'channels: homing.on = "home.* needs home and index_count'
     ):
         Station(f"{name}:bare", settings=patient, state=tmp_path / "p.json").start()
+
+
+def test_each_of_several_stages_shows_the_lines_that_its_settings_name(tmp_path: Path) -> None:
+    file, plotter = tmp_path / "xy.toml", (EXAMPLES / "xy-plotter.toml").read_text("utf-8")
+    drive = "[y.amplifier]\n", '[y.amplifier]\nenable = "line"\n'
+    switches = '[x.switches]\nlimits = "low"\n[y.switches]\nhome = "cam"\n'
+    file.write_text(plotter.replace(*drive) + switches, encoding="utf-8")
+    found = settings.load(file)
+    rig = opening.simulated(found, 0)
+    rig.read()
+    led = Guarded(Session(rig, found.period), rig, found.axes)
+
+    def shown(stage: int) -> dict[str, float]:
+        each = zip(LAMPS, led.lamps()[stage], strict=True)
+        return {name: on for name, on in each if not math.isnan(on)}
+
+    assert shown(0) == {"limit_low": 0.0} and list(shown(1)) == ["home", "enabled", "enable"]
+    assert not shown(1)["enable"]
+    rig.lines[0] = rig.lines[0]._replace(limit_low=math.nan)  # what cannot be read counts as on
+    assert shown(0) == {"limit_low": 1.0}

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.serve.joint.bed import Bed as Two
+from tests.serve.group.bed import Bed as Two
 
 from macromicro.control.live import messages as m
 

@@ -119,15 +119,15 @@ def test_the_page_draws_degrees(found: Any) -> None:
     block = np.zeros((len(shared.NAMES), 4))
     block[shared.INDEX["position"]] = 1e3 * np.array([0.1, 0.2, 0.3, 0.4])  # in mrad
     block[shared.INDEX["macro_reference"]] = 10.0
-    made = bins.traces(block, shared.NAMES, 1e-3, ANGLE)
+    made = bins.Plots(shared.NAMES, 1e-3, ANGLE).traces(block)
     assert made[7] == pytest.approx(np.array([0.1, 0.2, 0.3, 0.4]) / DEG)
     assert made[0] - made[1] == pytest.approx(0.01 / DEG)
-    assert bins.traces(block, shared.NAMES, 1e-3)[7] == pytest.approx([100, 200, 300, 400])
+    assert bins.Plots(shared.NAMES, 1e-3).traces(block)[7] == pytest.approx([100, 200, 300, 400])
     told = _reporting.limits(found)
     assert (told["unit"], told["base"]) == ("deg", "rad")
     assert told["units"] == {"deg": pytest.approx(DEG), "mdeg": pytest.approx(1e-3 * DEG)}
     head = bins.HEADER.unpack_from(
-        bins.frame(bins.view(1, 2.0, 100), 3, block, shared.NAMES, 1e-3, ANGLE)
+        bins.Plots(shared.NAMES, 1e-3, ANGLE).frame(bins.view(1, 2.0, 100), 3, block)
     )
     assert head[8] == pytest.approx(0.4 / DEG)
 

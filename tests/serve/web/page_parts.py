@@ -8,14 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from web_parts import until
-
 from macromicro.control.live import messages as m
 from macromicro.serve import choosing
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
 from tests.browser import DESK, Window
+from tests.waiting import until
 
 # The tests' browser draws on the processor: a third of the usual frames.
 SPARING = Bounds(frames=10.0)

@@ -51,7 +51,7 @@ def test_a_view_of_another_period_has_as_many_seconds(period: float) -> None:
     assert view.columns <= 400
     assert view.rows * period == pytest.approx(10.0, abs=view.width * period)
     block = np.zeros((len(NAMES), 5))
-    head = bins.HEADER.unpack_from(bins.frame(view, 5, block, NAMES, 1.0))
+    head = bins.HEADER.unpack_from(bins.Plots(NAMES, 1.0).frame(view, 5, block))
     assert head[5] == pytest.approx(view.width * period)
 
 
@@ -65,7 +65,7 @@ def test_a_frame_tells_place_and_time_of_its_bins() -> None:
     block[INDEX["hall_position"]] = 0.5
     block[INDEX["position"]] = 100.0 / 14.0 + 0.5
     block[INDEX["uncertainty"]] = 35.7
-    data = bins.frame(view, 124, block, NAMES, 0.2 / 2800.0)
+    data = bins.Plots(NAMES, 0.2 / 2800.0).frame(view, 124, block)
     kind, number, count, channels = struct.unpack_from("<4I", data)
     assert (kind, number, count, channels) == (bins.KIND, 9, 3, len(bins.CHANNELS))
     assert struct.unpack_from("<8d", data, 16) == pytest.approx(
@@ -74,4 +74,4 @@ def test_a_frame_tells_place_and_time_of_its_bins() -> None:
     values = np.frombuffer(data, np.float32, offset=bins.HEADER.size).reshape(count, channels, 2)
     assert values[0, 0, 0] == pytest.approx(114.0 / 14.0)
     assert values[0, 1, 1] == pytest.approx(100.0 / 14.0)
-    assert bins.frame(view, 3, block[:, :0], NAMES, 1.0) == b""
+    assert bins.Plots(NAMES, 1.0).frame(view, 3, block[:, :0]) == b""

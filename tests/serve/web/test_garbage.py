@@ -12,7 +12,7 @@ from web_parts import Client
 from macromicro.control.live.messages import Accepted, Enable
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
 
 BOUNDS = Bounds(views=1e3, rate=1e4, burst=1e4)
 HUGE = 10**400

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from web_parts import Client, Station, until
+from web_parts import Client, Station
 
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
+from tests.waiting import until
 
 Make = Callable[..., Client]
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from web_parts import until
 from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
@@ -17,6 +16,7 @@ from macromicro.errors import InputError
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.web import WebServer
 from macromicro.serve.web._http import Gate
+from tests.waiting import until
 
 LONG = "open sesame, and be quick"
 Serve = Callable[..., WebServer]

@@ -83,7 +83,7 @@ def test_orders_become_requests_in_the_machines_units(order: dict[str, Any], wan
 def test_bad_orders_are_refused(order: dict[str, Any]) -> None:
     with pytest.raises(Refusal) as refusal:
         request(**order)
-    assert refusal.value.reason
+    assert refusal.value.reply.reason
 
 
 @pytest.mark.parametrize(

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 from page_parts import Page
-from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.transitions import STOP
 from macromicro.serve.shared import INDEX
 from macromicro.serve.web import WebServer
 from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, contrast, luminance
+from tests.waiting import until
 
 FOCUSED = """
 const e = document.activeElement, s = getComputedStyle(e), b = e.getBoundingClientRect();

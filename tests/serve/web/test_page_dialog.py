@@ -6,10 +6,10 @@ import time
 
 import pytest
 from page_parts import Page
-from web_parts import until
 
 from macromicro.control.live import messages as m
 from tests.browser import DESK, PHONE
+from tests.waiting import until
 
 OPEN = "return document.querySelector('#diff').open"
 SETTING = "input[aria-label='sequence.wait']"

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 from page_parts import Page, saved
-from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.schema.config import load_overrides
@@ -17,6 +16,7 @@ from macromicro.serve._instrument import Instrument
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web._hub import Hub
 from tests.browser import DESK
+from tests.waiting import until
 
 
 def classes(page: Page, selector: str) -> str:

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 from page_parts import Page
-from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.serve.web import WebServer
 from tests.browser import DESK, PHONE
+from tests.waiting import until
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 from page_parts import Page, opened, saved
-from web_parts import until
 
 from macromicro.control.live import messages as m
+from tests.waiting import until
 
 FILE = Path(__file__).parents[3] / "examples" / "machines" / "piezo-100um.toml"
 

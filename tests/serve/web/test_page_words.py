@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 from page_parts import Page
-from web_parts import Client, Station, until
+from web_parts import Client, Station
 
 from macromicro.control.live import messages as m
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.web import WebServer
 from tests.browser import DESK, PHONE
+from tests.waiting import until
 
 LIVE = """
 window.told = 0;

@@ -6,18 +6,19 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from web_parts import Client, Station, until
+from web_parts import Client, Station
 from websockets.exceptions import ConnectionClosed
 
 from macromicro.serve.web import WebServer
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
+from tests.waiting import until
 
 Serve = Callable[..., WebServer]
 
 
 def far(monkeypatch: pytest.MonkeyPatch) -> None:
     """Viewers seem to be of other computers."""
-    monkeypatch.setattr("macromicro.serve._capacity.is_loopback", lambda host: False)
+    monkeypatch.setattr("macromicro.serve.client.is_loopback", lambda host: False)
 
 
 def ended(viewer: Client) -> int:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.hysteresis.pictures import staircase
-from macromicro.hysteresis.preisach import Preisach
-from macromicro.serve.web._plane import SMALLEST, Plane
+from macromicro.serve.web._hub import SMALLEST, Plane
 
 
 def test_turning_points_leave_the_same_memory_as_every_sample() -> None:
@@ -32,13 +31,3 @@ def test_corners_are_reversals_and_small_ones_are_not_drawn() -> None:
     assert [top for top, _ in plane.words()["corners"]] == []
     plane.forget()
     assert plane.words()["u"] == 25.0
-
-
-def test_a_measured_table_gives_the_contraction() -> None:
-    table = Plane(25.0, 170.0).model.table
-    plane, model = Plane(25.0, 99.0, table), Preisach(table)
-    plane.feed(np.array([25.0, 100.0, 70.0]))
-    assert plane.words()["contraction"] == pytest.approx(
-        model.run([25.0, 100.0, 70.0])[-1], abs=1e-4
-    )
-    assert plane.words()["high"] == pytest.approx(170.0)

@@ -13,14 +13,15 @@ from typing import Any
 
 import h5py
 import pytest
-from web_parts import Client, Station, until
+from web_parts import Client, Station
 from websockets.exceptions import ConnectionClosed
 
 from macromicro.control.live import messages as m
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.web import WebServer, bins
-from macromicro.serve.web._bounds import Bounds
 from macromicro.serve.web._orders import Orders
+from macromicro.serve.web.server import Bounds
+from tests.waiting import until
 
 Serve = Callable[..., WebServer]
 Make = Callable[..., Client]
@@ -353,14 +354,14 @@ def _admitted(port: int) -> bool:
 
 def _counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     made: list[int] = []
-    frame = bins.frame
+    frame = bins.Plots.frame
 
     def counted(*arguments: Any) -> bytes:
         data = frame(*arguments)
         made.append(len(data))
         return data
 
-    monkeypatch.setattr(bins, "frame", counted)
+    monkeypatch.setattr(bins.Plots, "frame", counted)
     return made
 
 

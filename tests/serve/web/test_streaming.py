@@ -5,9 +5,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from web_parts import Client, until
+from web_parts import Client
 
-from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web.server import Bounds
+from tests.waiting import until
 
 Make = Callable[..., Client]
 

@@ -10,9 +10,9 @@ from web_parts import Station
 
 from macromicro import programme
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.web import _uploads
+from macromicro.serve.web import _downloads
+from macromicro.serve.web._downloads import Upload
 from macromicro.serve.web._orders import Orders, Refusal
-from macromicro.serve.web._uploads import Upload
 
 LOAD = Orders(Instrument(Station())).programme
 TEXT = '[[moves]]\nmacro = "10 counts"\nhold = "1 s"\n'
@@ -57,7 +57,7 @@ def test_a_piece_that_does_not_fit_is_refused(second: dict[str, Any], words: str
 
 
 def test_what_is_too_long_is_refused_and_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_uploads, "MOST", 15)
+    monkeypatch.setattr(_downloads, "MOST", 15)
     upload = Upload()
     upload.take(piece("x" * 10), LOAD)
     with pytest.raises(Refusal, match="more than 15 characters"):
@@ -69,8 +69,8 @@ def test_what_is_too_long_is_refused_and_forgotten(monkeypatch: pytest.MonkeyPat
 def test_a_slip_is_reported_with_the_files_own_name() -> None:
     with pytest.raises(Refusal) as caught:
         Upload().take(piece(TEXT.replace("10", "99999"), last=True), LOAD)
-    assert caught.value.reason.startswith("a.toml")
-    assert "/" not in caught.value.reason.split(":")[0]
+    assert caught.value.reply.reason.startswith("a.toml")
+    assert "/" not in caught.value.reply.reason.split(":")[0]
 
 
 def test_nothing_stays_on_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,22 +12,13 @@ from typing import Any
 
 import numpy as np
 from fake_station import FakeStation
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from macromicro.control.live import messages as m
+from macromicro.serve.hosts import STARTING
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import INDEX, NAMES
-
-
-def until(what: Callable[[], Any], patience: float = 30.0) -> Any:
-    """The first true value of `what`; the test fails where it never comes."""
-    deadline = time.monotonic() + patience
-    while time.monotonic() < deadline:
-        found = what()
-        if found:
-            return found
-        time.sleep(0.03)  # a look at a page takes a third of that
-    raise AssertionError("what was waited for never came")
 
 
 class Station(FakeStation):
@@ -76,15 +67,24 @@ class Client:
         rest.setdefault("close_timeout", 1.0)
         rest.setdefault("max_queue", None)
         rest |= {"proxy": None, "max_size": None, "ping_interval": None}
-        self._open = connect(f"ws://127.0.0.1:{port}/live", **rest)
-        self.socket: ClientConnection = self._open.__enter__()
         self.number = 0
         self.seen: list[dict[str, Any]] = []
         self.frames: list[bytes] = []
         self.welcome: dict[str, Any] = {}
-        if hello is not None:
+        deadline = time.monotonic() + 60.0
+        while not self.welcome:
+            self._open = connect(f"ws://127.0.0.1:{port}/live", **rest)
+            self.socket: ClientConnection = self._open.__enter__()
+            if hello is None:
+                return
             self.put(do="hello", **hello)
-            self.welcome = self.get("welcome")
+            try:
+                self.welcome = self.get("welcome")
+            except ConnectionClosed as closed:  # a page may come before its machine has started
+                starts = closed.rcvd is not None and closed.rcvd.code == STARTING[0]
+                if not starts or time.monotonic() > deadline:
+                    raise
+                time.sleep(0.05)
 
     def put(self, **message: Any) -> None:
         self.socket.send(json.dumps(message))

@@ -26,6 +26,12 @@ class Efforts(NamedTuple):
 NONE = Efforts()
 
 
+def released(ended: tuple[LiveState, tuple[Notice, ...]]) -> tuple[LiveState, Efforts]:
+    """A period without effort in which a motion ends or is given up."""
+    s, notices = ended
+    return s, Efforts(notices=notices)
+
+
 def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> tuple[Drive, float]:
     """The macro law towards a reference in raw counts; without a reading no effort."""
     d = s.drive

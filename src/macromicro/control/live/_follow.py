@@ -9,7 +9,14 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import _moves, brake, following, tracking
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, fine_efforts, lead_carriage, limited, observe
+from macromicro.control.live._effort import (
+    Efforts,
+    fine_efforts,
+    lead_carriage,
+    limited,
+    observe,
+    released,
+)
 from macromicro.control.live.leading import REST, Aim
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
@@ -27,8 +34,7 @@ def step(
     coarse = s.mode == m.MOVING_MACRO
     if following.lapsed(s):
         end = brake.start if coarse else _moves.stay
-        s, notices = end(p, s, m.LOST, t.LAPSED, following.facts(work))
-        return s, Efforts(notices=notices)
+        return released(end(p, s, m.LOST, t.LAPSED, following.facts(work)))
     work, goal = _led(p, s, motion, work, coarse, dt)
     follow = _macro if coarse else _micro
     return follow(p, s, work, goal, sample, dt)
@@ -63,8 +69,7 @@ def _macro(
         stuck = carriage.stuck and not arrival.within(s.laws.sequence, carriage.ahead)
         work = work._replace(held_back=work.held_back + dt if stuck else 0.0)
     if work.held_back >= q.jogging.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED, following.facts(work))
-        return s, Efforts(notices=notices)
+        return released(brake.start(p, s, m.STALLED, t.STALLED, following.facts(work)))
     if not math.isnan(goal):
         error = goal / q.pitch + s.frame.offset - sample.encoder
         inside = arrival.since(s.laws.sequence, error, work.settle.base, s.time)

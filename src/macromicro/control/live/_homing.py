@@ -9,7 +9,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, limited, macro_effort
+from macromicro.control.live._effort import Efforts, limited, macro_effort, released
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Homing, LiveParameters
 from macromicro.control.live.state import (
@@ -54,8 +54,7 @@ def step(
     q = p.settings.homing
     patience = q.patience + (s.laws.sequence.patience if work.phase == BACK else 0.0)
     if s.time - motion.began >= patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
-        return s, Efforts(notices=notices)
+        return released(brake.start(p, s, m.STALLED, t.STALLED))
     if math.isnan(sample.encoder):
         return s, Efforts(macro_active=1.0)
     if work.phase == SEARCH:
@@ -145,11 +144,7 @@ def _back(
             survey=survey.homed(p.settings.edges, s.survey, offset),
         )
         s = s._replace(seen=s.seen._replace(position=position(p, s)))
-        found = {
-            "offset_raw_counts": offset,
-            "stop_raw_counts": work.stop,
-            "shift_counts": shift,
-        }
+        found = {"offset_raw_counts": offset, "stop_raw_counts": work.stop, "shift_counts": shift}
         trust = t.reported(s, "trust", "homed", {"trusted": True, **found})
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.HOMED), found)
         return s, Efforts(notices=(trust, *notices))

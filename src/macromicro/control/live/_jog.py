@@ -9,18 +9,17 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import _moves, brake, following
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, fine_efforts, lead_carriage, limited, observe
+from macromicro.control.live._effort import (
+    Efforts,
+    fine_efforts,
+    lead_carriage,
+    limited,
+    observe,
+    released,
+)
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import (
-    EMPTY,
-    NOWHERE,
-    Jogged,
-    LiveState,
-    Motion,
-    Settle,
-    driven,
-)
+from macromicro.control.live.state import EMPTY, NOWHERE, Jogged, LiveState, Motion, Settle, driven
 from macromicro.types import Sample
 
 
@@ -55,8 +54,7 @@ def step(
     coarse = s.mode == m.MOVING_MACRO
     if following.lapsed(s):
         end = brake.start if coarse else _moves.stay
-        s, notices = end(p, s, m.LOST, t.LAPSED, following.facts(work))
-        return s, Efforts(notices=notices)
+        return released(end(p, s, m.LOST, t.LAPSED, following.facts(work)))
     if coarse:
         return macro(p, s, work, sample, dt)
     return micro(p, s, work, sample, dt)
@@ -83,13 +81,11 @@ def macro(
     if not math.isnan(sample.encoder):
         held_back = held_back + dt if carriage.stuck else 0.0
     if held_back >= q.jogging.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
-        return s, Efforts(notices=notices)
+        return released(brake.start(p, s, m.STALLED, t.STALLED))
     s = driven(s, carriage.drive, work._replace(speed=speed, held_back=held_back))
     arrived = arrival.within(s.laws.sequence, carriage.reference - sample.encoder)
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
-        s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
-        return s, Efforts(notices=notices)
+        return released(brake.start(p, s, m.LIMIT, t.LIMIT))
     return s, Efforts(carriage.motor, 0.0, 1.0)
 
 

@@ -15,6 +15,7 @@ from macromicro.control.live._effort import (
     macro_effort,
     observe,
     parked_effort,
+    released,
 )
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
@@ -85,8 +86,7 @@ def approach(
         s, efforts = _parked(s, sample, dt)
         return s, efforts._replace(notices=(event,))
     if s.time - motion.began >= q.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
-        return s, Efforts(notices=notices)
+        return released(brake.start(p, s, m.STALLED, t.STALLED))
     drive, motor = macro_effort(s, sample.encoder, motion.coarse, dt)
     return driven(s, drive, Approach(inside, NAN)), Efforts(motor, 0.0, 1.0)
 
@@ -108,21 +108,18 @@ def settle(
     found: Evidence = {"error_counts": error}
     if not arrival.within(q, error):
         if s.time - motion.began >= q.patience - TICK:
-            s, notices = brake.start(p, s, m.STALLED, t.STALLED)
-            return s, Efforts(notices=notices)
+            return released(brake.start(p, s, m.STALLED, t.STALLED))
         drive = s.drive._replace(memory=REST) if q.park == 1 else s.drive
         s, event = t.go(
             s._replace(work=Approach(NAN, NAN), drive=drive), m.MOVING_MACRO, t.DRIFTED, found
         )
         return s, efforts._replace(notices=(event,))
     if math.isnan(motion.target) or m.MICRO not in p.stages:
-        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
-        return s, Efforts(notices=notices)
+        return released(t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found))
     rest = remaining(p, s, motion.target)
     if not s.limits.micro_low <= rest <= min(p.settings.fine.bias_high, s.limits.micro_high):
         found["micro_mm"] = rest * 1e3
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
-        return s, Efforts(notices=notices)
+        return released(brake.start(p, s, m.STALLED, t.STALLED, found))
     found["micro_mm"] = rest * 1e3
     s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, found)
     return s, efforts._replace(notices=notices)

@@ -10,7 +10,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, fine_efforts, observe
+from macromicro.control.live._effort import Efforts, fine_efforts, observe, released
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -66,8 +66,7 @@ def step(
         if _arrived(s, before, local):
             s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         elif late:
-            s, ends = brake.start(p, s, m.STALLED, t.STALLED, found)
-            return s, Efforts(notices=ends)
+            return released(brake.start(p, s, m.STALLED, t.STALLED, found))
         else:
             work = work._replace(cut_off=work.cut_off or found)
             event = t.reported(s, "move", "cut off", found)
@@ -159,8 +158,7 @@ def _end(
         return _settle(p, s, work, sample, dt)
     if not arrival.within(s.laws.sequence, found["error_counts"]):
         return _stalled(p, s, found)
-    s, notices = t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)
-    return s, Efforts(notices=notices)
+    return released(t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found))
 
 
 def _settle(
@@ -174,8 +172,7 @@ def _settle(
     s = s._replace(work=work)
     found: Evidence = {"moves": work.progress.move + 1, **_result(s, work)}
     if window.held >= q.dwell - TICK and window.number == 0:
-        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)
-        return s, Efforts(notices=notices)
+        return released(t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found))
     if s.time - work.over >= q.patience - TICK:
         return _stalled(p, s, found)
     return s, efforts

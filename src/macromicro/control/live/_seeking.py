@@ -11,15 +11,16 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
     NEVER,
     REST,
-    Guide,
     Guided,
+    Period,
     Seek,
+    Step,
     Touch,
     ahead,
     at,
     ramped,
 )
-from macromicro.control.live.messages import Evidence, Notice
+from macromicro.control.live.messages import Evidence
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState, Search
 
@@ -34,11 +35,11 @@ _WHY = {
     EDGE: "it came to rest before the switch was on again",
     PULSE: "it came to rest, and no index pulse came",
 }
-Step = tuple[LiveState, Guided, tuple[Notice, ...]]
 
 
-def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
-    work, motion, touch = s.work, s.motion, q.touch
+def step(now: Period, s: LiveState, g: Guided) -> Step:
+    (p, q, place, dt), work, motion = now, s.work, s.motion
+    touch = q.touch
     assert isinstance(work, Search) and motion is not None and touch is not None
     seek = touch.seek
     assert seek is not None
@@ -46,7 +47,7 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, g, notices
     if work.phase == OUT:
-        return _touching.leave(p, q, touch, s, work, g, place, dt)
+        return _touching.leave(now, touch, s, work, g)
     slow = {SEEK: -touch.speed, UP: touch.speed, EDGE: -touch.slow, CHECK: -seek.rise}
     g = g._replace(aim=ramped(q, at(g.aim, dt), slow.get(work.phase, seek.rise), dt))
     g, held = ahead(touch, g, place)
@@ -54,7 +55,7 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
         g = g._replace(there=place, since=s.time)
     stands = s.time - g.since >= touch.stand - TICK
     stands = stands or _touching.revealed(touch, work, g, place, p.settings.pitch)
-    return _judged(p, touch, s, work, g, place, stands)
+    return _judged(now, touch, s, work, g, stands)
 
 
 def on(seek: Seek, g: Guided) -> bool:
@@ -72,16 +73,9 @@ def debounced(g: Guided, said: bool, now: float, here: float, dt: float) -> Guid
     return g._replace(switch=said, turned=math.nan)
 
 
-def _judged(
-    p: LiveParameters,
-    touch: Touch,
-    s: LiveState,
-    work: Search,
-    g: Guided,
-    place: float,
-    stands: bool,
-) -> Step:
+def _judged(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided, stands: bool) -> Step:
     """What this period's lines say, and whether the stage stands at an obstacle."""
+    p, place = now.p, now.place
     seek, lines = touch.seek, g.lines
     assert seek is not None
     step: Step | None = None
@@ -99,9 +93,9 @@ def _judged(
         risen = place >= free * p.settings.pitch + touch.back
         s = s._replace(work=work._replace(expected=free, phase=EDGE if risen else RISE))
     elif work.phase == EDGE and g.switch:
-        step = _edge(p, seek, s, work, g, place)
+        step = _edge(now, seek, s, work, g)
     elif work.phase == PULSE:
-        step = _pulse(p, touch, seek, s, work, g, place)
+        step = _pulse(now, touch, seek, s, work, g)
     elif work.phase == CHECK and (stands or place <= work.stop * p.settings.pitch - touch.back):
         step = _next(s, work, g, PULSE, "again")
     if step is None and stands:
@@ -109,10 +103,9 @@ def _judged(
     return (s, g, ()) if step is None else step
 
 
-def _edge(
-    p: LiveParameters, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
-) -> Step:
+def _edge(now: Period, seek: Seek, s: LiveState, work: Search, g: Guided) -> Step:
     """Compare a slowly found edge with the previous one."""
+    p, place = now.p, now.place
     apart = abs(g.edge - work.stop) * p.settings.pitch
     if not apart <= seek.margin:
         if work.tries >= TRIES:
@@ -135,12 +128,13 @@ def _may_turn(seek: Seek) -> bool:
 
 
 def _pulse(
-    p: LiveParameters, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+    now: Period, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided
 ) -> Step | None:
     """Verify the first index pulse above the edge."""
+    p, place = now.p, now.place
     pitch, count = p.settings.pitch, g.lines.index_count
     if not count >= work.expected:
-        return _no_pulse(p, touch, seek, s, work, g, place)
+        return _no_pulse(now, touch, seek, s, work, g)
     above = (count - work.expected) * pitch
     near = min(above, seek.spacing - above) if seek.spacing > 0.0 else above
     if seek.line and near < seek.margin:
@@ -158,8 +152,9 @@ def _pulse(
 
 
 def _no_pulse(
-    p: LiveParameters, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+    now: Period, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided
 ) -> Step | None:
+    p, place = now.p, now.place
     pitch = p.settings.pitch
     if seek.line and place - work.expected * pitch > 1.5 * seek.spacing > 0.0:
         reason = "no index pulse within 1.5 turns above the switch"

@@ -14,13 +14,14 @@ from macromicro.control.live.leading import (
     REST,
     Guide,
     Guided,
+    Period,
+    Step,
     Touch,
     ahead,
     at,
     led,
     ramped,
 )
-from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import Frame, LiveState, Search, position
 
@@ -28,30 +29,20 @@ DOWN, BACK, OUT = range(3)
 _LEG = -2  # number of the profiles of a homing, which no motion has
 
 
-def step(
-    p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float
-) -> tuple[LiveState, Guided, tuple[Notice, ...]]:
-    work, motion, touch = s.work, s.motion, q.touch
+def step(now: Period, s: LiveState, g: Guided) -> Step:
+    work, motion, touch = s.work, s.motion, now.q.touch
     assert isinstance(work, Search) and motion is not None and touch is not None
     if s.time - motion.began >= touch.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        s, notices = brake.start(now.p, s, m.STALLED, t.STALLED)
         return s, g, notices
     if work.phase == DOWN:
-        return _down(p, q, touch, s, work, g, place, dt)
-    return leave(p, q, touch, s, work, g, place, dt)
+        return _down(now, touch, s, work, g)
+    return leave(now, touch, s, work, g)
 
 
-def leave(
-    p: LiveParameters,
-    q: Guide,
-    touch: Touch,
-    s: LiveState,
-    work: Search,
-    g: Guided,
-    place: float,
-    dt: float,
-) -> tuple[LiveState, Guided, tuple[Notice, ...]]:
+def leave(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided) -> Step:
     """One period of the way back before the next touch, or to the lowest target."""
+    p, q, place, dt = now
     known = work.phase == OUT
     stop = work.stop * p.settings.pitch
     out = p.settings.limits.whole_low if math.isnan(touch.out) else touch.out
@@ -73,16 +64,8 @@ def _gently(q: Guide, touch: Touch) -> Guide:
     return q._replace(velocity=min(touch.speed, q.velocity))
 
 
-def _down(
-    p: LiveParameters,
-    q: Guide,
-    touch: Touch,
-    s: LiveState,
-    work: Search,
-    g: Guided,
-    place: float,
-    dt: float,
-) -> tuple[LiveState, Guided, tuple[Notice, ...]]:
+def _down(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided) -> Step:
+    p, q, place, dt = now
     pitch, second = p.settings.pitch, not math.isnan(work.stop)
     speed = touch.slow if second else touch.speed
     g = g._replace(aim=ramped(q, at(g.aim, dt), -speed, dt))
@@ -107,9 +90,7 @@ def revealed(touch: Touch, work: Search, g: Guided, place: float, pitch: float) 
     return g.leaning >= (min(touch.reveal, touch.stand) if unmoved else touch.stand) - TICK
 
 
-def _homed(
-    p: LiveParameters, s: LiveState, work: Search, g: Guided, touch: Touch
-) -> tuple[LiveState, Guided, tuple[Notice, ...]]:
+def _homed(p: LiveParameters, s: LiveState, work: Search, g: Guided, touch: Touch) -> Step:
     """Set the position at the lowest target."""
     offset = float(round(work.stop - touch.place / p.settings.pitch))
     found = {

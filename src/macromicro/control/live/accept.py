@@ -6,34 +6,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from macromicro.control.live import (
-    _bounds,
-    _homing,
-    _moves,
-    alone,
-    brake,
-    gains,
-    targets,
-)
-from macromicro.control.live import (
-    _jog as jog,
-)
-from macromicro.control.live import (
-    _programme as programme,
-)
+from macromicro.control.live import _homing, _jog, _moves, _programme, alone, brake, gains, targets
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import (
-    NOWHERE,
-    Followed,
-    Jogged,
-    LiveState,
-    Motion,
-    carriage,
-)
+from macromicro.control.live.state import NOWHERE, Followed, Jogged, LiveState, Motion, carriage
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
 
@@ -60,10 +39,6 @@ def _enable(p: LiveParameters, s: LiveState, request: m.Enable) -> Answer:
         return s, _NO_SAMPLE, ()
     s, event = t.go(s, m.READY, t.ENABLE, {"client": request.client})
     return s, _OK, (event,)
-
-
-def _disable(p: LiveParameters, s: LiveState, request: m.Disable) -> Answer:
-    return _off(p, s, m.STOPPED_BY_REQUEST, t.DISABLE, request.client)
 
 
 def _emergency(p: LiveParameters, s: LiveState, request: m.EmergencyStop) -> Answer:
@@ -134,18 +109,6 @@ def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
         return s, Refused(f"{shown(request.on)} is neither on nor off", "True or False"), ()
     s = s._replace(fan=1.0 if request.on else 0.0)
     return s, _OK, (t.reported(s, "fan", "fan", {"on": request.on, "client": request.client}),)
-
-
-def _gains(p: LiveParameters, s: LiveState, request: m.SetGains) -> Answer:
-    return gains.change(p, s, request.changes)
-
-
-def _speed(p: LiveParameters, s: LiveState, request: m.SetSpeed) -> Answer:
-    return s, _NO_SPEED, ()
-
-
-def _limits(p: LiveParameters, s: LiveState, request: m.SetLimits) -> Answer:
-    return _bounds.change(p, s, request.limits)
 
 
 def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
@@ -223,20 +186,12 @@ def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: A
     return begin(p, s, motion, start)
 
 
-def _move_to(p: LiveParameters, s: LiveState, request: m.MoveTo) -> Answer:
-    return _whole(p, s, request.position, "move to", request.replace)
-
-
 def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
     refusal = targets.number(request.distance, "distance", p.settings.place.base)
     if refusal:
         return s, _obstacle(p, s, replace=request.replace) or refusal, ()
     goal = targets.origin(p, s) + float(request.distance)
     return _whole(p, s, goal, "move by", request.replace)
-
-
-def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer:
-    return _coarse(p, s, request.counts, request.replace)
 
 
 def _move_macro_by(p: LiveParameters, s: LiveState, request: m.MoveMacroBy) -> Answer:
@@ -260,10 +215,6 @@ def _coarse(p: LiveParameters, s: LiveState, counts: Any, replace: Any) -> Answe
     return begin(p, s, refusal or targets.coarse(s, counts), start)
 
 
-def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer:
-    return _contraction(p, s, request.position, request.replace)
-
-
 def _move_micro_by(p: LiveParameters, s: LiveState, request: m.MoveMicroBy) -> Answer:
     refusal = targets.number(request.distance, "distance", "m")
     if refusal:
@@ -284,7 +235,7 @@ def _contraction(p: LiveParameters, s: LiveState, position: Any, replace: Any) -
     return begin(p, s, refusal or targets.contraction(s, position), start)
 
 
-def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
+def _begin_jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
     stage = request.stage if among(request.stage, m.STAGES) else ""
     refusal = _obstacle(p, s, f"jog {stage}")
     motion = refusal or targets.jog(p, s, request.stage, request.speed, request.hold)
@@ -300,8 +251,8 @@ def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         if request.stage == m.MACRO:
-            return jog.start_macro(p, s, motion, request.speed, request.hold)
-        return jog.start_micro(s, motion, request.speed, request.hold)
+            return _jog.start_macro(p, s, motion, request.speed, request.hold)
+        return _jog.start_micro(s, motion, request.speed, request.hold)
 
     return begin(p, s, motion, start)
 
@@ -345,11 +296,11 @@ def _end_follow(p: LiveParameters, s: LiveState, request: m.EndFollow) -> Answer
     return s._replace(work=s.work._replace(ending=True)), Accepted(s.motion.id), ()
 
 
-def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
+def _run(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
     refusal = unready(p, s, False)
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        return programme.start(s, motion, request.plan)
+        return _programme.start(s, motion, request.plan)
 
     return begin(p, s, refusal or targets.plan(s, request.plan), start)
 
@@ -362,25 +313,25 @@ _NO_SAMPLE = Refused("the sensors have not answered yet", "try again")
 
 _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.Enable: _enable,
-    m.Disable: _disable,
+    m.Disable: lambda p, s, r: _off(p, s, m.STOPPED_BY_REQUEST, t.DISABLE, r.client),
     m.Home: _home,
-    m.MoveTo: _move_to,
+    m.MoveTo: lambda p, s, r: _whole(p, s, r.position, "move to", r.replace),
     m.MoveBy: _move_by,
-    m.MoveMacro: _move_macro,
-    m.MoveMicro: _move_micro,
+    m.MoveMacro: lambda p, s, r: _coarse(p, s, r.counts, r.replace),
+    m.MoveMicro: lambda p, s, r: _contraction(p, s, r.position, r.replace),
     m.MoveMacroBy: _move_macro_by,
     m.MoveMicroBy: _move_micro_by,
-    m.Jog: _jog,
+    m.Jog: _begin_jog,
     m.Follow: _follow,
     m.EndFollow: _end_follow,
     m.Stop: _stop,
     m.EmergencyStop: _emergency,
     m.Zero: _zero,
     m.Fan: _fan,
-    m.Programme: _programme,
-    m.SetGains: _gains,
-    m.SetSpeed: _speed,
-    m.SetLimits: _limits,
+    m.Programme: _run,
+    m.SetGains: lambda p, s, request: gains.change(p, s, request.changes),
+    m.SetSpeed: lambda p, s, request: (s, _NO_SPEED, ()),
+    m.SetLimits: lambda p, s, request: targets.change_limits(p, s, request.limits),
     m.ClearFault: _clear,
     m.LinkLost: _lost,
 }

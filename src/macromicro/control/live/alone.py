@@ -83,3 +83,42 @@ def _needed(request: Any) -> frozenset[str]:
 
 def nearest(position: float, pitch: float) -> float:
     return float(math.floor(position / pitch + 0.5))
+
+
+_ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
+_MOTIONS = frozenset({*m.ONE_MOVES, m.Programme, m.Follow})
+
+
+def possible(
+    mode: int,
+    *,
+    moving: bool,
+    trusted: bool,
+    supersede: bool = False,
+    stages: tuple[str, ...] = m.STAGES,
+) -> frozenset[type]:
+    """Which requests a mode allows, for user interfaces; `accept` decides."""
+    if several(stages):
+        one = possible(mode, moving=moving, trusted=trusted)
+        replaces = supersede and trusted and mode in (m.MOVING_MACRO, m.SETTLING)
+        return one.difference(_ONE) | set(m.AXES_MOVES if m.MoveTo in one or replaces else ())
+    if mode == m.FAULT:
+        return _ALWAYS | {m.ClearFault, m.SetLimits}
+    found = set(_ALWAYS) | {m.Fan}
+    if not moving:
+        found |= {m.Zero, m.SetLimits}
+    if mode == m.DISABLED:
+        return frozenset(found | {m.Enable})
+    replacing = supersede and mode in (m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)
+    if not moving or replacing:
+        found |= {m.Jog}
+        found |= _MOTIONS if trusted else set()
+    if not moving:
+        found |= {m.Home}
+    elif mode in (m.MOVING_MACRO, m.MOVING_MICRO):
+        found |= {m.EndFollow}
+    if mode in (m.MOVING_MACRO, m.SETTLING) or m.MICRO not in stages:
+        found -= {m.MoveMicro, m.MoveMicroBy}
+    if m.MACRO not in stages:
+        found -= {m.MoveMacro, m.MoveMacroBy, m.Home}
+    return frozenset(found)

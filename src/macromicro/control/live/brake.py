@@ -6,7 +6,7 @@ import math
 
 from macromicro.control.arrival import TICK
 from macromicro.control.live import messages as m
-from macromicro.control.live._effort import Efforts, macro_effort
+from macromicro.control.live._effort import Efforts, macro_effort, released
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -61,8 +61,7 @@ def step(
     rested = s.seen.standing >= p.settings.brake.rest - TICK
     if not rested:
         evidence["rest"] = "did not come to rest in time"
-    s, notices = finished(p, s, work.outcome if rested else m.STALLED, evidence)
-    return s, Efforts(notices=notices)
+    return released(finished(p, s, work.outcome if rested else m.STALLED, evidence))
 
 
 def _slow_down(

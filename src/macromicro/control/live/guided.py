@@ -20,6 +20,8 @@ from macromicro.control.live.leading import (
     Course,
     Guide,
     Guided,
+    Period,
+    Step,
     Touch,
     ahead,
     at,
@@ -47,8 +49,7 @@ STANDS = {
     "reason": "the motor pushes and the reading does not change: the stage is blocked, at an end "
     "of its way, or its encoder or motor is not connected"
 }
-Step = tuple[LiveState, Guided, tuple[Notice, ...]]
-Work = Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]
+Work = Callable[[Period, LiveState, Guided], Step]
 Brake = Callable[[Guide, Guided, float], tuple[Guided, bool]]
 
 
@@ -83,7 +84,7 @@ def step(
     notices: tuple[Notice, ...] = ()
     work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
-        s, g, notices = work(p, q, s, g._replace(calm=False), place, dt)
+        s, g, notices = work(Period(p, q, place, dt), s, g._replace(calm=False))
     else:
         g = _calmed(q, braked(q, g, dt), place, s.time)
     low, high, offset = -math.inf, math.inf, s.frame.offset * p.settings.pitch
@@ -150,15 +151,15 @@ def slowed(q: Guide, g: Guided) -> Guide:
     return q
 
 
-def _home(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
-    touch = q.touch
+def _home(now: Period, s: LiveState, g: Guided) -> Step:
+    touch = now.q.touch
     assert touch is not None
     search = _touching.step if touch.seek is None else _seeking.step
-    return search(p, q, s, g, place, dt)
+    return search(now, s, g)
 
 
-def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
-    motion = s.motion
+def follow(now: Period, s: LiveState, g: Guided) -> Step:
+    (p, q, place, dt), motion = now, s.motion
     assert motion is not None
     goal = motion.coarse * p.settings.pitch
     g, late = led(slowed(q, g), g, motion.id, goal, s.time, dt)
@@ -209,17 +210,9 @@ def _unanswered(q: Guide, g: Guided, dt: float) -> bool:
     return abs(g.aim.position - g.asked) > short
 
 
-def slow_down(
-    p: LiveParameters,
-    q: Guide,
-    s: LiveState,
-    g: Guided,
-    place: float,
-    dt: float,
-    brake: Brake = _alone,
-) -> Step:
+def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> Step:
     """One period of coming to rest: the set point first, then the stage."""
-    work = s.work
+    (p, q, place, dt), work = now, s.work
     assert isinstance(work, Braking)
     if g.motion != NEVER:  # the profile is given up
         g = g._replace(motion=NEVER, inside=math.nan)
@@ -254,9 +247,9 @@ def slow_down(
     return s, g, (*lost, *notices)
 
 
-def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+def jog(now: Period, s: LiveState, g: Guided) -> Step:
     """One period of a jog, which decelerates towards its limit and ends there."""
-    work = s.work
+    (p, q, place, dt), work = now, s.work
     assert isinstance(work, Jogged)
     pitch, aim = p.settings.pitch, at(g.aim, dt)
     if following.lapsed(s):
@@ -288,9 +281,4 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
     return s, g, ()
 
 
-WORKS: dict[type, Work] = {
-    Approach: follow,
-    Braking: slow_down,
-    Jogged: jog,
-    Search: _home,
-}
+WORKS: dict[type, Work] = {Approach: follow, Braking: slow_down, Jogged: jog, Search: _home}

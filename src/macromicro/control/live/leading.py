@@ -8,6 +8,9 @@ from sys import float_info
 from typing import NamedTuple
 
 from macromicro.control.arrival import TICK
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import LiveState
 from macromicro.motion import Segment, s_curve
 from macromicro.types import QUIET, Lines
 
@@ -128,6 +131,18 @@ class Guided(NamedTuple):
     # since when a stage that comes to rest is let go from what it leaned on, s; NaN: it is not
     released: float = math.nan
     later: tuple[Piece, ...] = ()  # as of `Course`
+
+
+Step = tuple[LiveState, Guided, tuple[Notice, ...]]
+
+
+class Period(NamedTuple):
+    """What is the same for whatever a stage does in a control period."""
+
+    p: LiveParameters
+    q: Guide
+    place: float  # of the stage, m, as the encoder has it
+    dt: float  # s
 
 
 def at(aim: Aim, h: float) -> Aim:

@@ -153,12 +153,7 @@ def _disagreement(p: LiveParameters, s: LiveState) -> Evidence:
 
 
 def fault(
-    p: LiveParameters,
-    s: LiveState,
-    words: str,
-    evidence: Evidence,
-    *,
-    position_lost: bool = False,
+    p: LiveParameters, s: LiveState, words: str, evidence: Evidence, *, position_lost: bool = False
 ) -> tuple[LiveState, tuple[Notice, ...]]:
     """Latch a fault: all outputs off, position untrusted; the first fault stays."""
     if s.mode == m.FAULT:

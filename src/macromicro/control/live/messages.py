@@ -8,17 +8,7 @@ from typing import Any, NamedTuple
 from macromicro.control.live import parameters
 from macromicro.control.live.parameters import SoftLimits
 
-(
-    DISABLED,
-    HOMING,
-    READY,
-    MOVING_MACRO,
-    SETTLING,
-    MOVING_MICRO,
-    HOLDING,
-    FAULT,
-    STOPPED,
-) = range(9)
+(DISABLED, HOMING, READY, MOVING_MACRO, SETTLING, MOVING_MICRO, HOLDING, FAULT, STOPPED) = range(9)
 MODES = (
     "disabled",
     "homing",
@@ -263,38 +253,15 @@ class LinkLost(NamedTuple):
 
 ONE_MOVES = (MoveTo, MoveBy, MoveMacro, MoveMacroBy, MoveMicro, MoveMicroBy)
 AXES_MOVES = (MovePoint, MovePointBy, MoveAxis, MoveAxisBy)
+_OneMove = MoveTo | MoveBy | MoveMacro | MoveMacroBy | MoveMicro | MoveMicroBy
+_AxesMove = MovePoint | MovePointBy | MoveAxis | MoveAxisBy
+_Motion = _OneMove | _AxesMove | Home | Jog | Follow | EndFollow | Programme
+_Setting = SetGains | SetSpeed | SetLimits | Zero | Fan
+_End = Stop | EmergencyStop | Disable | LinkLost
+Request = _Motion | _Setting | _End | Enable | ClearFault
 
 LONGEST_HOLD, SHORTEST_HOLD = 1.0, 0.01  # s, of streamed set points
 JOG_HOLD = 10.0  # s, at most
-
-Request = (
-    Enable
-    | Disable
-    | Home
-    | MoveTo
-    | MoveBy
-    | MoveMacro
-    | MoveMicro
-    | MoveMacroBy
-    | MoveMicroBy
-    | MovePoint
-    | MovePointBy
-    | MoveAxis
-    | MoveAxisBy
-    | Jog
-    | Follow
-    | EndFollow
-    | Stop
-    | EmergencyStop
-    | Zero
-    | Fan
-    | Programme
-    | SetGains
-    | SetSpeed
-    | SetLimits
-    | ClearFault
-    | LinkLost
-)
 
 
 class Change(NamedTuple):

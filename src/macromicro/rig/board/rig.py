@@ -3,20 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from types import TracebackType
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
 from macromicro.nominal import FULL_SCALE
-from macromicro.rig.board import _link, _telling, control, framing, parameters, protocol
+from macromicro.rig.board import _link, control, framing, parameters, protocol
 from macromicro.rig.board._link import BoardError, Link, Port
 from macromicro.rig.board.control import Board
 from macromicro.rig.board.protocol import SPEC, Frame
 from macromicro.rig.codes import OK
+from macromicro.rig.faults import TEXTS
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH
 from macromicro.types import SAFE, Command, Outputs
+
+_FAULTS = SPEC["faults"]
+_OWN = {
+    _FAULTS["limit_switch"]: "a limit switch was pushed on",
+    _FAULTS["bridge"]: "the motor bridge reports a fault",
+    _FAULTS["late"]: "its control interrupt or guard took too long",
+    _FAULTS["host_silent"]: "the host was silent",
+}
+
+
+def _fault(status: Mapping[str, float]) -> str:
+    code = int(status["fault"])
+    if code == OK:
+        return "none"
+    when = f"after {1e-6 * SPEC['period'] * status['when']:.3f} s of its clock"
+    if code in _OWN:
+        return f"{_OWN[code]}, {when}"
+    text = TEXTS.get(code)
+    if text is None:
+        return f"fault {code}, {when}"
+    seen = text.evidence.format(
+        value=text.scale * status["value"], limit=text.scale * status["limit"]
+    )
+    return f"{text.message} ({seen}), {when}. {text.remedy}"
+
 
 TICK = 1e-6 * SPEC["period"]  # s
 HOST_LOOP, BOARD_LOOP = "host", "board"
@@ -136,7 +161,7 @@ class BoardRig:
     def _why(self) -> str:
         told = self.status()
         self._driving = self._switched = False
-        return f"{self.device}: the board stopped: {_telling.fault(told)}"
+        return f"{self.device}: the board stopped: {_fault(told)}"
 
     def status(self) -> dict[str, float]:
         return self._board.ask("ask", "status")
@@ -232,12 +257,7 @@ class BoardRig:
         self._last, self._answered, self._before, self._pause = None, False, None, 0
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self.link is None:
             return
         try:

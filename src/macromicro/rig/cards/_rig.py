@@ -3,15 +3,60 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import namedtuple
-from types import TracebackType
-from typing import Any, Self
+from collections.abc import Sequence
+from typing import Any, Protocol, Self
 
-from macromicro.rig.cards._clock import Deadlines
-from macromicro.rig.cards._port import CardError, Port
+from macromicro.errors import MacromicroError
 from macromicro.rig.cards._roles import ANALOG, COUNTER, fields, shape
 from macromicro.rig.cards._wiring import Terminal, Wiring
 from macromicro.types import Clock
+
+
+class CardError(MacromicroError):
+    """The card, its driver or its library failed."""
+
+
+class Port(Protocol):
+    """An opened card; values in the order of the connected terminals."""
+
+    def open(self, device: str) -> None: ...
+
+    def connect(self, inputs: Sequence[Terminal], outputs: Sequence[Terminal]) -> None:
+        """Take the terminals and check them."""
+
+    def counts(self, terminal: Terminal) -> int:
+        """Range of a counter."""
+
+    def read(self) -> Sequence[float]: ...
+
+    def write(self, values: Sequence[float]) -> None: ...
+
+    def close(self) -> None:
+        """Close the device, if it is open."""
+
+
+class Deadlines:
+    """A clock of absolute deadlines: late periods shift no later ones, missed ones are skipped."""
+
+    def __init__(self) -> None:
+        self._began = self._deadline = time.monotonic()
+
+    def start(self) -> None:
+        self._began = self._deadline = time.monotonic()
+
+    def now(self) -> float:
+        return time.monotonic() - self._began
+
+    def wait(self, dt: float) -> None:
+        self._deadline += dt
+        left = self._deadline - time.monotonic()
+        if left > 0.0:
+            time.sleep(left)
+        else:
+            self._deadline += math.floor(-left / dt) * dt
+
 
 _TYPE: Any = namedtuple  # its fields are known when the wiring is
 
@@ -85,12 +130,7 @@ class CardRig:
             self.clock.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         try:
             self.stop()
         finally:

@@ -4,16 +4,115 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import select
+import socket
 import time
 from abc import ABC, abstractmethod
-from typing import Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Client, Entry, Waiting
-from macromicro.serve.door._bounds import Bounds
 from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
-from macromicro.serve.door._monitor import SocketMonitor, prepare
-from macromicro.serve.guesses import TRIES
+from macromicro.serve.hosts import TRIES
+
+HERE, CLOSED, RESET = range(3)
+_LIMIT = 64 * 1024
+_PEER_CLOSED = getattr(select, "POLLRDHUP", 0)  # known to Linux: also behind unread data
+_BROKEN = getattr(select, "POLLERR", 0) | getattr(select, "POLLHUP", 0)
+
+
+class SocketMonitor(asyncio.StreamReader):
+    """A stream that knows, before reading, when bytes arrived and whether the peer closed."""
+
+    def __init__(self) -> None:
+        super().__init__(_LIMIT)
+        self.heard = time.monotonic()
+        self.stalled_since: float | None = None
+        self.ended = asyncio.Event()
+        self.reset = False
+        self._held = 0
+
+    def feed_data(self, data: Any) -> None:
+        self.heard = time.monotonic()
+        self._held += len(data)
+        if self._held <= 2 * _LIMIT:  # beyond this the stream reads no more
+            self.stalled_since = None
+        elif self.stalled_since is None:
+            self.stalled_since = self.heard
+        super().feed_data(data)
+
+    def feed_eof(self) -> None:
+        self.ended.set()
+        super().feed_eof()
+
+    def set_exception(self, exc: Exception) -> None:
+        self.reset = True
+        self.ended.set()
+        super().set_exception(exc)
+
+    async def take(self, most: int) -> bytes:
+        """At most `most` bytes; none at the end. Raises OSError on a lost connection."""
+        data = await self.read(most)
+        self._held -= len(data)
+        return data
+
+    def look(self, connection: socket.socket) -> None:
+        """Ask the system about the peer; to be called periodically."""
+        # Below its limit the stream has resumed reading, and has taken what there was.
+        if self._held <= _LIMIT // 2:
+            self.stalled_since = None
+        state = peer(connection)
+        self.reset = self.reset or state == RESET
+        if state != HERE:
+            self.ended.set()
+
+
+def peer(connection: socket.socket) -> int:
+    """State of the peer, without reading data."""
+    number = connection.fileno()
+    if number < 0:
+        return RESET
+    if not hasattr(select, "poll"):
+        return HERE
+    asked = select.poll()
+    asked.register(number, _PEER_CLOSED)
+    found = sum(event for _, event in asked.poll(0))
+    return RESET if found & _BROKEN else CLOSED if found & _PEER_CLOSED else HERE
+
+
+def prepare(connection: socket.socket) -> None:
+    """Set TCP_NODELAY, and keep-alive that detects a dead peer within about 11 s."""
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for option, value in (
+        ("TCP_KEEPIDLE", 5),
+        ("TCP_KEEPINTVL", 2),
+        ("TCP_KEEPCNT", 3),
+        ("TCP_USER_TIMEOUT", 11_000),
+    ):
+        if hasattr(socket, option):
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+
+
+LINE_LIMIT = 64 * 1024
+BLOCK_LIMIT = 1024 * 1024
+STOP_COST = 5.0  # of a stop that is done at once, in simple commands
+
+
+class Bounds(NamedTuple):
+    """Limits for the clients of one server."""
+
+    clients: int = 16  # connections at a time
+    silent: int = 64  # connections that have not sent a line yet
+    crowd: int = 4  # read-only clients, beyond which they share a fixed rate
+    messages: int = 64  # pending messages
+    waiting: int = 4 * BLOCK_LIMIT  # their bytes
+    line: int = LINE_LIMIT  # bytes
+    block: int = BLOCK_LIMIT  # bytes
+    rate: float = 500.0  # simple commands per second, sustained
+    burst: float = 500.0  # simple commands at once
+    unread: float = 10.0  # s for which answers stay unread, or a block incomplete
+
 
 PENALTY = 1.0  # s that a wrong token costs
 GRACE = 2.0  # s for which queries of a client that has closed are still answered

@@ -6,13 +6,10 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.door._bounds import Bounds
-from macromicro.serve.door._connection import Connection
-from macromicro.serve.door._monitor import SocketMonitor
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import guarded
+from macromicro.serve.client import Capacity, Client
+from macromicro.serve.door._connection import Bounds, Connection, SocketMonitor
+from macromicro.serve.hosts import Token, guarded
 from macromicro.serve.listening import Listener, check_port, refused
 
 BEAT = 0.1
@@ -28,19 +25,24 @@ def token(host: str, given: str | Token | None) -> Token:
 
 
 class LineServer(Listener):
-    """The server of a protocol of lines, at a TCP port; `made` makes a client's connection."""
+    """The server of a protocol of lines, at a TCP port.
+
+    `session` makes a client, and `connection` what serves it.
+    """
 
     def __init__(
         self,
         kind: str,
         host: str,
         port: int,
-        made: Callable[..., Connection[Any]],
+        session: Callable[..., Client],
+        connection: Callable[..., Connection[Any]],
         instrument: Instrument,
         bounds: Bounds,
     ) -> None:
         super().__init__(kind, host, port)
-        self._made, self._instrument, self._bounds = made, instrument, bounds
+        self._session, self._connection = session, connection
+        self._instrument, self._bounds = instrument, bounds
 
     async def _serve(self) -> None:
         bounds = self._bounds
@@ -56,10 +58,13 @@ class LineServer(Listener):
 
         def accept(monitor: SocketMonitor, writer: asyncio.StreamWriter) -> None:
             most = 2 * (bounds.clients + bounds.silent)  # those that are on their way out counted
-            if len(connections) >= most or writer.get_extra_info("peername") is None:
+            peer = writer.get_extra_info("peername")
+            if len(connections) >= most or peer is None:
                 writer.transport.abort()
                 return
-            connection = self._made(self._instrument, monitor, writer, capacity, bounds)
+            name = f"{self._kind.lower()} {peer[0]}:{peer[1]}"
+            client = self._session(self._instrument, name, peer[0], capacity)
+            connection = self._connection(client, monitor, writer, bounds)
             capacity.arrive(connection)
             connections[connection] = asyncio.create_task(run(connection))
 

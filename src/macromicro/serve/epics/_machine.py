@@ -16,17 +16,52 @@ from macromicro.serve import unconfirmed
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Client
 from macromicro.serve.epics._channels import WRITER, Address, channel, show
-from macromicro.serve.epics._gathering import Gathering
 from macromicro.serve.epics._record import Axis, MoveError, Now, Record
+from macromicro.serve.shared import INDEX
 from macromicro.serve.snapshot import Snapshot
 from macromicro.serve.web import bins
+
+GATHER_S = 0.05  # s within which a scan that moves several stages has set them
+Move = Callable[[str, m.Request, int], Awaitable[None]]
+
+
+class Gathering:
+    """Combines moves of stages that arrive within a moment into one straight-line move."""
+
+    def __init__(self, asked: Callable[[], int], move: Move) -> None:
+        self._asked, self._move = asked, move
+        self._goals: dict[str, float] = {}  # of what is being gathered, m
+        self._task: asyncio.Task[None] | None = None
+
+    async def go(self, axis: str, goal: float) -> None:
+        """Move an axis to a place [m] and return at the end."""
+        if self._task is None or axis in self._goals:
+            self._goals = {}
+            self._task = asyncio.create_task(self._begin(self._goals, self._asked()))
+        self._goals[axis] = goal
+        # One that gives up waiting takes nothing from the other one.
+        await asyncio.shield(self._task)
+
+    def close(self) -> None:
+        """Let no further move join those pending."""
+        self._goals, self._task = {}, None
+
+    async def _begin(self, goals: dict[str, float], asked: int) -> None:
+        await asyncio.sleep(GATHER_S)
+        if self._goals is goals:
+            self.close()
+        if len(goals) > 1:
+            await self._move("together", m.MovePoint(goals), asked)
+            return
+        ((axis, goal),) = goals.items()
+        await self._move(axis, m.MoveAxis(axis, goal), asked)
+
 
 NAME = "epics"
 TRACE_S, TRACE_ROWS = 10.0, 1000  # of the traces
 DIGITS = 5
 POLL_S = 0.02  # between looks at a jog's button, and at the snapshot
 _SHOWN_BY = 200  # looks at the snapshot until it shows that a motion has ended
-_OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 
 
 class Channels:
@@ -45,6 +80,7 @@ class Channels:
         self._gathering = Gathering(self._ask, self._in_turn)
         writable = self.client.authenticated  # Channel Access carries no token
         self._live = instrument.settings.live
+        self._plots = bins.plots(instrument.settings)
         unit = instrument.place.unit
 
         def record(axis: Axis) -> Record:
@@ -148,8 +184,8 @@ class Channels:
             own = next((each for each in now.axes if each.name == name), None)
             place, target = (own.position_m, own.target_m) if own else (math.nan, math.nan)
         low, high = (end * scale for end in ends)
-        enabled, fault = now.mode not in _OFF, now.fault is not None
-        shown = Now(place * scale, low, high, enabled, bool(now.motion), now.trusted, fault)
+        fault = now.fault is not None
+        shown = Now(place * scale, low, high, now.enabled, bool(now.motion), now.trusted, fault)
         if name in m.STAGES:
             return shown
         return shown._replace(target=(place if math.isnan(target) else target) * scale)
@@ -159,12 +195,7 @@ class Channels:
     async def _order(self, request: m.Request) -> int:
         """Pass a request on; the number of the motion, or 0. Raises `MoveError`."""
         self._owners.add(WRITER.get())
-
-        reply: m.Reply = m.Accepted()
-        if self._station.holder != self.client.name:
-            reply = self.client.take()
-        if not isinstance(reply, Refused):
-            reply = await self.client.request(request)
+        reply = await self.client.command(request)
         if isinstance(reply, Refused):
             await self._fail(f"{reply.reason}; {reply.remedy}")
         return reply.id if isinstance(reply, m.Accepted) else 0
@@ -318,12 +349,11 @@ class Channels:
         """Update the traces."""
         rows = round(TRACE_S / self._instrument.period)
         block = self._instrument.newest(rows)
-        _, _, names = self._station.telemetry(NEVER)
         if not block.shape[1]:
             return
         block = block[:, :: max(rows // TRACE_ROWS, 1)][:, -TRACE_ROWS:]
-        values = bins.traces(block, names, self._live.pitch, self._instrument.place)
-        time = block[list(names).index("t")]
+        values = self._plots.traces(block)
+        time = block[INDEX["t"]]
         for name, column in (
             ("time", time),
             ("position", values[bins.CHANNELS.index("position")]),
@@ -333,5 +363,4 @@ class Channels:
             await self._shown[f"trace:{name}"].write(numbers, verify_value=False)
 
 
-NEVER = 1 << 60  # a row that has not come
 _ENDS = ("MIN", "MAX")

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from macromicro.errors import InputError
 from macromicro.extras import require
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.guesses import Token
-from macromicro.serve.hosts import HOST, guarded
+from macromicro.serve.hosts import HOST, Token, guarded
 from macromicro.serve.listening import Listener
 
 if TYPE_CHECKING:
@@ -57,14 +56,13 @@ class EpicsServer(Listener):
         logging.getLogger("caproto").addHandler(logging.NullHandler())
         for name in ("caproto", "caproto.ctx", "caproto.circ", "caproto.bcast", "caproto.ch"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a refused put is no news
-        from macromicro.serve.epics import _circuits  # noqa: F401 - needed by `_serve`
         from macromicro.serve.epics._machine import Channels
 
         self._channels = Channels(self._instrument)
         super().start()
 
     async def _serve(self) -> None:
-        from macromicro.serve.epics._circuits import Circuits
+        from macromicro.serve.epics._channels import Circuits
 
         channels = self._channels
         context: Any = Circuits(channels.named(self.prefix), self._interfaces, channels.left)

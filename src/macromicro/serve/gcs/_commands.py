@@ -7,11 +7,13 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, NamedTuple
 
 from macromicro import __version__
+from macromicro.arrays import Array
 from macromicro.control.live import messages as m
 from macromicro.serve.client import Entry
-from macromicro.serve.gcs import _errors, _tables
+from macromicro.serve.gcs import _errors
 from macromicro.serve.gcs._errors import GcsError
 from macromicro.serve.gcs._session import MOST, Session
+from macromicro.serve.web import bins
 
 Words = Sequence[str]
 Answer = str | None
@@ -196,21 +198,64 @@ def _rtr(call: Call) -> Answer:
     return None
 
 
+def _plots(session: Session) -> bins.Plots:
+    """What the record tables show: all channels but the law's memory."""
+    return bins.plots(session.instrument.settings)._replace(law=())
+
+
+def _tables(session: Session) -> list[str]:
+    """Names of the record tables 1, 2, ... with their units."""
+    units = {"motor": "V", "CTRL": "V", "temperature": "degC"}
+    unit, shown = session.instrument.place.unit, _plots(session).channels
+    return [f"{name} [{units.get(name.split()[-1], unit)}]" for name in shown]
+
+
+def _rows(session: Session) -> Array:
+    """All tables since the last motion began: float64[tables, values]."""
+    _, block, _ = session.station.telemetry(session.began)
+    return _plots(session).traces(block[:, :: session.rate][:, :MOST])
+
+
+def _array(session: Session, first: int, count: int, tables: Sequence[int]) -> str:
+    """Values `first` (counted from 1) to `first + count - 1` of these tables, with their header."""
+    called = _tables(session)
+    tables = tables or range(1, len(called) + 1)
+    if not all(1 <= table <= len(called) for table in tables):
+        raise GcsError(_errors.NO_TABLE)
+    values = _rows(session)
+    if first < 1 or count < 1 or first + count - 1 > values.shape[1]:
+        raise GcsError(_errors.OUT_OF_RANGE, f"{values.shape[1]} values so far")
+    shown = values[[table - 1 for table in tables], first - 1 : first - 1 + count]
+    head = {
+        "VERSION": "1",
+        "TYPE": "1",
+        "SEPARATOR": "32",
+        "DIM": str(len(tables)),
+        "SAMPLE_TIME": f"{session.rate * session.instrument.period:.6g}",
+        "NDATA": str(count),
+    }
+    head |= {f"NAME{k}": called[table - 1] for k, table in enumerate(tables)}
+    lines = ["# REM macromicro", "#", *(f"# {key} = {text}" for key, text in head.items())]
+    lines += ["#", "# END_HEADER"]
+    lines += [" ".join(f"{x:.9g}" for x in row) for row in shown.T.tolist()]
+    return " \n".join(lines)
+
+
 def _drr(call: Call) -> Answer:
     if len(call.words) < 2:
         raise GcsError(_errors.COUNT)
     first, count, *shown = map(_whole, call.words)
-    return _tables.array(call.session, first, count, shown)
+    return _array(call.session, first, count, shown)
 
 
 def _drl(call: Call) -> Answer:
-    count = _tables.rows(call.session).shape[1]
-    shown = call.words or [str(k + 1) for k in range(len(_tables.names(call.session)))]
+    count = _rows(call.session).shape[1]
+    shown = call.words or [str(k + 1) for k in range(len(_tables(call.session)))]
     return " \n".join(f"{table}={count}" for table in shown)
 
 
 def _hdr(call: Call) -> Answer:
-    shown = [f"{k}={name}" for k, name in enumerate(_tables.names(call.session), 1)]
+    shown = [f"{k}={name}" for k, name in enumerate(_tables(call.session), 1)]
     each = call.session.instrument.period
     last = [f"at most {MOST} values since the last MOV, MVR or FRF, each {each:g} s * RTR"]
     return " \n".join(["#RecordTables", *shown, "#Additional information", *last, "end of help"])

@@ -6,15 +6,13 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, Refused
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import Client, Entry
+from macromicro.serve.client import Capacity, Client, Entry
 from macromicro.serve.gcs import _errors
 from macromicro.serve.gcs._errors import GcsError
 
 NEVER = 1 << 60  # a row that has not come: nothing is copied
 MOST = 10_000  # rows that a table holds
-_OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 
 
 class Session(Client):
@@ -68,21 +66,17 @@ class Session(Client):
         """Whether this client's last motion has arrived and nothing has moved since."""
         moving = self.poll()
         now = self.station.snapshot()
-        return not moving and self.arrived and not now.motion and now.mode not in _OFF
+        return not moving and self.arrived and not now.motion and now.enabled
 
     @property
     def servo(self) -> bool:
-        return self.station.snapshot().mode not in _OFF
+        return self.station.snapshot().enabled
 
     async def order(self, request: m.Request, entry: Entry[Any]) -> int:
         """Pass a request on, taking control if it is free; the number of the motion, or 0."""
         if not self.authenticated:
             raise GcsError(_errors.PASSWORD, "the token is missing: CCL 1 TOKEN")
-        reply: m.Reply = m.Accepted()
-        if self.station.holder != self.name:
-            reply = self.take()
-        if not isinstance(reply, Refused):
-            reply = await self.request(request, entry)
+        reply = await self.command(request, entry)
         if isinstance(reply, Refused):
             raise _errors.refused(reply, self.station.snapshot(), self.name)
         return reply.id

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.door._connection import Bounds
 from macromicro.serve.scpi.server import Server
 
 __all__ = ["Bounds", "Server"]

@@ -14,7 +14,6 @@ from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
 from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
 from macromicro.serve.scpi.errors import ScpiError, quoted
-from macromicro.serve.scpi.status import OFF
 
 _ENDS = ("MINimum", "MAXimum")
 _WAY = Word("way", ("REPLace",), optional=True)  # the motion under way ends as superseded
@@ -147,7 +146,7 @@ async def _enable(call: Call) -> Answer:
     try:
         await session.order(Enable())
     except ScpiError as refused:
-        if refused.number != -221 or session.snapshot().mode in OFF:
+        if refused.number != -221 or not session.snapshot().enabled:
             raise
     return None
 

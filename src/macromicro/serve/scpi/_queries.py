@@ -5,11 +5,10 @@ from collections.abc import Iterator
 
 from macromicro.control.live.messages import AXES
 from macromicro.serve import telling
-from macromicro.serve.calibrated import calibrations
 from macromicro.serve.scpi._answers import flag, number, numbers
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
 from macromicro.serve.scpi.errors import quoted
-from macromicro.serve.scpi.status import OFF
+from macromicro.serve.telling import calibrations
 
 _STAGE = "STAGe<n=1..2>"
 
@@ -153,7 +152,7 @@ COMMANDS = (
     ),
     Command(
         "ENABle?",
-        lambda call: flag(call.session.snapshot().mode not in OFF),
+        lambda call: flag(call.session.snapshot().enabled),
         "Is the positioner enabled?",
         answer="1 or 0",
     ),

@@ -8,10 +8,9 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Finished, Refused
 from macromicro.control.supervisor import Plan
 from macromicro.place import LENGTH, Place
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.capturing import Wanted
-from macromicro.serve.client import Client, Entry
+from macromicro.serve.client import Capacity, Client, Entry
 from macromicro.serve.scpi import status
 from macromicro.serve.scpi.errors import (
     OPERATION_COMPLETE,

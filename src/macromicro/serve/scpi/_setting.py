@@ -215,11 +215,6 @@ COMMANDS = (
         answer='"name or title", "" for nothing',
     ),
     *commands("programme", _run),
-    Command(
-        "PROGram:STOP",
-        stop,
-        "The same as STOP.",
-        access=STOPS,
-    ),
+    Command("PROGram:STOP", stop, "The same as STOP.", access=STOPS),
     Command("PROGram:STATe?", _state, "State of the programme.", answer="RUN or STOP"),
 )

@@ -148,10 +148,7 @@ COMMANDS = (
         (Number("time", "s", lo=0, hi=3600),),
     ),
     Command(
-        "SYSTem:LOCK:WATChdog?",
-        lambda call: number(call.session.watchdog),
-        "The time.",
-        answer="s",
+        "SYSTem:LOCK:WATChdog?", lambda call: number(call.session.watchdog), "The time.", answer="s"
     ),
     Command(
         "SYSTem:CLIent?",

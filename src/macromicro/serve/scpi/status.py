@@ -5,7 +5,7 @@ from __future__ import annotations
 from macromicro.machines import guard_words
 from macromicro.rig import codes
 from macromicro.serve import faults
-from macromicro.serve.snapshot import Snapshot
+from macromicro.serve.snapshot import OFF, Snapshot
 
 ERRORS, QUESTIONABLE, MESSAGE, EVENT, MASTER, OPERATION = 4, 8, 16, 32, 64, 128
 
@@ -34,7 +34,6 @@ _MODES = {
     "homing": 1 << 10,
     "holding": 1 << 11,
 }
-OFF = ("off", "disabled", "fault")
 _TIME, _TEMPERATURE, _STAGE, _MICRO = 2, 4, 9, 10
 _FAULTS = {
     codes.MACRO_LOST: _STAGE,

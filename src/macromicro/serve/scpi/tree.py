@@ -7,15 +7,7 @@ from functools import cache
 from macromicro.control.live.messages import AXES
 from macromicro.place import ANGLE, Place
 from macromicro.serve.requests import REQUESTS
-from macromicro.serve.scpi import (
-    _capture,
-    _common,
-    _motion,
-    _queries,
-    _setting,
-    _system,
-    _waveform,
-)
+from macromicro.serve.scpi import _capture, _common, _motion, _queries, _setting, _system, _waveform
 from macromicro.serve.scpi._header import Tree
 from macromicro.serve.scpi._parameters import Number, Parameter
 from macromicro.serve.scpi.command import Command

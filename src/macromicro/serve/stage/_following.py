@@ -8,16 +8,15 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import alone, brake, following, tracking
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live.guided import Step, let_go, reached, slowed
-from macromicro.control.live.leading import Guide, Guided, braked, ramped
-from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.guided import let_go, reached, slowed
+from macromicro.control.live.leading import Guided, Period, Step, braked, ramped
 from macromicro.control.live.state import Followed, LiveState, Targets
 from macromicro.control.live.tracking import Limits
 
 
-def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+def step(now: Period, s: LiveState, g: Guided) -> Step:
     """One period of a stage led by set points."""
-    work, motion = s.work, s.motion
+    (p, q, place, dt), work, motion = now, s.work, s.motion
     assert isinstance(work, Followed) and motion is not None
     if g.motion != motion.id:  # the set point comes to rest first
         g = braked(q, g, dt)

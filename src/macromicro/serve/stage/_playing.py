@@ -12,8 +12,8 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import alone, brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live.guided import Step, reached, slowed
-from macromicro.control.live.leading import REST, Aim, Guide, Guided, Piece, led
+from macromicro.control.live.guided import reached, slowed
+from macromicro.control.live.leading import REST, Aim, Guided, Period, Piece, Step, led
 from macromicro.control.live.messages import Evidence, Notice, Refused
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import NAN, NOWHERE, LiveState, Motion, Played, Targets
@@ -49,19 +49,12 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
     return s, (event,)
 
 
-def step(
-    p: LiveParameters,
-    q: Guide,
-    s: LiveState,
-    g: Guided,
-    place: float,
-    dt: float,
-    follow: Follow = sequence.step,
-) -> Step:
+def step(now: Period, s: LiveState, g: Guided, follow: Follow = sequence.step) -> Step:
+    p, q, place, dt = now
     work, offset = s.work, s.frame.offset * p.settings.pitch
     assert isinstance(work, Played)
     if math.isnan(work.start):
-        return _approach(p, q, s, g, place, dt)
+        return _approach(now, s, g)
     plan, before = work.plan, work.progress
     local = Sample(s.time - work.start, place - offset)
     progress, target = follow(plan, Arrival(*q.arrival), before, local)
@@ -97,10 +90,9 @@ def step(
     return s, g, notices
 
 
-def _approach(
-    p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float
-) -> Step:
+def _approach(now: Period, s: LiveState, g: Guided) -> Step:
     """One period of the move to the programme's start."""
+    p, q, place, dt = now
     work, motion = s.work, s.motion
     assert isinstance(work, Played) and motion is not None
     goal = work.plan.origin + s.frame.offset * p.settings.pitch

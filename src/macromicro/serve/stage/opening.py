@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from macromicro.control.live.messages import (
     ClearFault,
@@ -26,50 +25,20 @@ from macromicro.machines.machine import Machine
 from macromicro.machines.stage_trees import all_of
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import VirtualClock
-from macromicro.serve._machine import Driving
+from macromicro.serve._launching import Spec
+from macromicro.serve._machine import Opened
+from macromicro.serve._programmes import USUAL
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.joint._machine import StageGroup
-from macromicro.serve.joint._together import Together
-from macromicro.serve.link import Outbox, pair
-from macromicro.serve.loop_spec import Spec
-from macromicro.serve.persist import Evident, Restored
-from macromicro.serve.shared import Shared
 from macromicro.serve.stage import guide
+from macromicro.serve.stage._group import StageGroup
 from macromicro.serve.stage._machine import Led
-from macromicro.serve.stage._programmes import USUAL
+from macromicro.serve.stage._together import Together
 from macromicro.serve.stage.rig import Guarded, Real, Simulated
 from macromicro.serve.stage.settings import StageSettings
-from macromicro.serve.ticking import Loop
-from macromicro.types import ENABLE, QUIET, Sample
+from macromicro.serve.warming import rehearse
+from macromicro.types import ENABLE, QUIET
 
 REST = 100  # periods within which a set point is braked and the stage stands
-
-
-class Opened(NamedTuple):
-    """As `loop_process.Opened`."""
-
-    rig: Simulated | Real
-    made: Led | StageGroup
-    settings: StageSettings
-    paced: bool = False
-    counted: bool = False
-
-    def witness(self, sample: Sample) -> Evident:
-        return Evident(self.counted, math.nan)
-
-    def machine(self) -> Led | StageGroup:
-        return self.made
-
-    def guarded(self, session: Session) -> Guarded:
-        return Guarded(session, self.rig, self.settings.axes)
-
-    def warm(self) -> None:
-        settings = self.settings
-        rig: Simulated | Real = simulated(settings, 0)
-        if isinstance(self.rig, Real):
-            rig = _like(settings, self.rig)
-        guarded = Guarded(Session(rig, settings.period), rig, settings.axes)
-        rehearsed(guarded, live(settings, rig), settings)
 
 
 def _requests(settings: StageSettings) -> Iterator[tuple[Any, int]]:
@@ -91,27 +60,6 @@ def _requests(settings: StageSettings) -> Iterator[tuple[Any, int]]:
     yield EmergencyStop(), 10
     yield ClearFault(), 10
     yield Disable(), 10
-
-
-def rehearsed(guarded: Driving, machine: Led | StageGroup, settings: StageSettings) -> None:
-    """Run everything of a period once."""
-    shared = Shared.create(256, settings.telemetry)
-    ours, theirs = pair()
-    requests, zeros = tuple(_requests(settings)), (0.0,) * len(settings.axes)
-    try:
-        loop = Loop(
-            guarded, machine, shared, Outbox(theirs), settings.serve, settings.period, False
-        )
-        with guarded:
-            machine.begin(guarded.read(), Restored(True, 0.0, "warming", zeros))
-            loop.rehearse(requests)
-            if machine.searches:  # else it is trusted whatever is known from before
-                machine.begin(guarded.read(), Restored(False, math.nan, "warming"))
-                loop.rehearse(requests)
-    finally:
-        ours.close()
-        theirs.close()
-        shared.close()
 
 
 class Like(machine_rig.Twin):
@@ -136,15 +84,25 @@ def opened(spec: Spec) -> Opened:
     what = f"serving {all_of(len(settings.axes))}" if settings.axes else "serving"
     found = on_rig.found(spec.rig, machine, tree, spec.seed, what)
     if found is None:
-        twin = simulated(settings, spec.seed)
-        return Opened(twin, live(settings, twin), settings)
+        return _on(settings, simulated(settings, spec.seed))
     for (name, stage), own, fixture in zip(machine.stages, machine.trees(tree), found, strict=True):
         needed(stage, own, fixture, f"{name}." if name else "")
     made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
     paced = any(not isinstance(each.clock, VirtualClock) for each in made)
     counted = all(fixture.counted for fixture in found)
-    rig = Real(machine, tree, made)
-    return Opened(rig, live(settings, rig), settings, paced, counted)
+    return _on(settings, Real(machine, tree, made))._replace(paced=paced, counted=counted)
+
+
+def _on(settings: StageSettings, rig: Simulated | Real) -> Opened:
+    def guarded(session: Session, rig: Simulated | Real = rig) -> Guarded:
+        return Guarded(session, rig, settings.axes)
+
+    def warm() -> None:
+        like = _like(settings, rig) if isinstance(rig, Real) else simulated(settings, 0)
+        inside = guarded(Session(like, settings.period), like)
+        rehearse(inside, live(settings, like), settings, tuple(_requests(settings)))
+
+    return Opened(rig, live(settings, rig), guarded, warm)
 
 
 def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> None:

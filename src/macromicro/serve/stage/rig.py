@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -22,13 +21,34 @@ from macromicro.machines.guarding import Watch
 from macromicro.machines.signals import Sample
 from macromicro.rig.session import Session
 from macromicro.rig.twin import noise_source
-from macromicro.serve import _lamps, faults
+from macromicro.serve import faults
+from macromicro.serve.shared import LAMPS
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import guide
 from macromicro.serve.stage._control import Control
-from macromicro.serve.stage._counts import counted, shared_out, with_pulse
-from macromicro.types import ENABLE, QUIET, SAFE, Outputs, Rig
+from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs, Rig
 from macromicro.types import Sample as Shown
+
+
+def counted(t: float, counts: float) -> Shown:
+    """Whole counts, or NaN."""
+    return Shown(t, _whole(counts), *[math.nan] * 4)
+
+
+def with_pulse(told: Lines, captured: float, share: float) -> Lines:
+    """Add an index pulse that passed since the last reading, in the live machine's counts."""
+    pulse = captured if math.isnan(told.index_count) else told.index_count
+    return told._replace(index_count=pulse * share)
+
+
+def shared_out(count: float, share: float, *, whole: bool = False) -> float:
+    """Convert encoder counts into the coarser counts of the live machine."""
+    return count if share == 1.0 and not whole else _whole(count * share)
+
+
+def _whole(count: float) -> float:
+    return count if math.isnan(count) else float(math.floor(count + 0.5))
+
 
 MISSED = "the position sensor failed while a fault was latched"
 
@@ -41,12 +61,7 @@ class Entered:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
 
@@ -190,13 +205,8 @@ class Real:
             self._left = entered.pop_all()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._left.__exit__(kind, error, trace)
+    def __exit__(self, *error: Any) -> None:
+        self._left.__exit__(*error)
 
 
 class Read:
@@ -232,7 +242,7 @@ class Guarded:
         self._axes = axes
         self.channels, self.clock = session.channels, session.clock
         self._lined = any(kind.lines for kind in rig.kinds)
-        self._dark = [0.0 for _ in rig.kinds]
+        self._dark = [[math.nan] * len(LAMPS) for _ in rig.kinds]
 
     @property
     def given(self) -> Outputs:
@@ -254,18 +264,15 @@ class Guarded:
         enable = self._control.enable if ENABLE in there else math.nan
         return (*lines.shown(rig.lines[0], there), enable)
 
-    def lamps(self) -> list[float]:
-        """The lines of each stage and its enable line, packed."""
-        rig = self._rig
+    def lamps(self) -> list[list[float]]:
+        """Whether each of `LAMPS` of each stage is on, 0 or 1; NaN of what it lacks."""
         if not self._lined:
             return self._dark
-        enable = {ENABLE: self._control.enable}
-        return [
-            _lamps.packed({n: v for n, v in (said._asdict() | enable).items() if n in kind.lines})
-            if kind.lines
-            else 0.0
-            for kind, said in zip(rig.kinds, rig.lines, strict=True)
-        ]
+        enable, found = {ENABLE: self._control.enable}, []
+        for kind, said in zip(self._rig.kinds, self._rig.lines, strict=True):
+            line = said._asdict() | enable
+            found.append([float(line[n] != 0.0) if n in kind.lines else math.nan for n in LAMPS])
+        return found
 
     def own(self) -> list[float] | None:
         """The law's memory for the telemetry; [] while it is off, None if it shows nothing."""
@@ -310,10 +317,5 @@ class Guarded:
         self._session.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._session.__exit__(kind, error, trace)
+    def __exit__(self, *error: Any) -> None:
+        self._session.__exit__(*error)

@@ -22,12 +22,11 @@ from macromicro.rig.opening import TWIN
 from macromicro.schema import config
 from macromicro.schema.par import entries
 from macromicro.schema.text import printable, read_toml
-from macromicro.serve._programmes import Programmes
+from macromicro.serve._programmes import OneStage, Programmes, SeveralStages
 from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.shared import Telemetry, published
 from macromicro.serve.stage import guide
-from macromicro.serve.stage._programmes import OneStage, SeveralStages
 
 EFFORT = "effort", "V"
 _SERVE = "serve"

@@ -13,13 +13,13 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.schema.text import plain
-from macromicro.serve import _capacity
+from macromicro.serve import client
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Entry, Waiting
-from macromicro.serve.guesses import WRONG
+from macromicro.serve.hosts import WRONG
 from macromicro.serve.requests import OVERTAKEN, POINTS
-from macromicro.serve.web._context import Context
 from macromicro.serve.web._handler import OrderHandler
+from macromicro.serve.web._hub import Context
 from macromicro.serve.web._orders import Refusal, read, surplus
 from macromicro.serve.web._sessions import Session
 from macromicro.serve.web._streaming import Stream
@@ -30,7 +30,7 @@ _FULL = Refused("too many orders wait", "wait for replies")
 
 
 class PageConnection:
-    """A WebSocket from its hello to its end; `sessions.Attached` and a `capacity.Member`."""
+    """A WebSocket from its hello to its end."""
 
     def __init__(self, context: Context, socket: ServerConnection) -> None:
         self._context, self._socket = context, socket
@@ -59,7 +59,7 @@ class PageConnection:
     @property
     def rank(self) -> int:
         if self._session is None:
-            return _capacity.unadmitted(self._address)
+            return client.unadmitted(self._address)
         return self._session.rank
 
     @property
@@ -150,7 +150,7 @@ class PageConnection:
         try:
             order = read(message)
         except Refusal as refusal:
-            self._later(self._reply({}, Refused(refusal.reason, refusal.remedy)))
+            self._later(self._reply({}, refusal.reply))
             return
         what = order.get("do")
         if what == "emergency":
@@ -182,7 +182,7 @@ class PageConnection:
                 session.name, *self._context.orders.point(order)
             )
         except Refusal as refusal:
-            reply = Refused(refusal.reason, refusal.remedy)
+            reply = refusal.reply
         if reply is None:
             self._bucket.spend(-STREAMED)
         if "id" in order:
@@ -217,7 +217,7 @@ class PageConnection:
         try:
             reply, more = await self._handler.look(order, session)
         except Refusal as refusal:
-            reply, more = Refused(refusal.reason, refusal.remedy), {}
+            reply, more = refusal.reply, {}
         await self._reply(order, reply, more)
 
     async def _do(self, entry: Entry[dict[str, Any]], session: Session) -> bool:
@@ -230,7 +230,7 @@ class PageConnection:
             else:
                 reply, more = await self._handler.do(entry, session)
         except Refusal as refusal:
-            reply = Refused(refusal.reason, refusal.remedy)
+            reply = refusal.reply
         except (MacromicroError, OSError) as error:
             reply = Refused(str(error), "")
         await self._reply(entry.order, reply, more)

@@ -14,13 +14,14 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.schema.text import plain
 from macromicro.serve.client import Entry
-from macromicro.serve.web._context import Context
+from macromicro.serve.web._hub import Context
 from macromicro.serve.web._orders import Refusal, number, text
 from macromicro.serve.web._sessions import Session
 from macromicro.serve.web.bins import PIECE, PIECE_KIND
 
 UNKNOWN_S = 2.0  # after which a number that is not under way is none
-Done = tuple[Reply, dict[str, Any]]
+More = dict[str, Any]  # what a reply says beside its outcome
+Done = tuple[Reply, More]
 
 
 class OrderHandler:
@@ -28,7 +29,7 @@ class OrderHandler:
 
     def __init__(self, context: Context, send: Callable[[str | bytes], Awaitable[None]]) -> None:
         self._context, self._send = context, send
-        self._files: dict[str, Callable[[dict[str, Any], Session], Awaitable[Done]]] = {
+        self._own: dict[str, Callable[[dict[str, Any], Session], Awaitable[More]]] = {
             "download": self._piece,
             "record": self._record,
             "end recording": self._end_recording,
@@ -43,9 +44,9 @@ class OrderHandler:
         """The reply with its data."""
         order, context = entry.order, self._context
         what = order.get("do")
-        handle = self._files.get(what) if isinstance(what, str) else None
-        if handle is not None:
-            return await handle(order, session)
+        own = self._own.get(what) if isinstance(what, str) else None
+        if own is not None:
+            return Accepted(), await own(order, session)
         if what == "take":
             return session.take(), {}
         if what == "release":
@@ -75,27 +76,28 @@ class OrderHandler:
                     await context.station.news()
         raise Refusal("the viewer is gone")
 
-    async def _record(self, order: dict[str, Any], session: Session) -> Done:
-        context = self._context
-        refusal = context.station.refusal(session.name)
+    def _refuse_others(self, session: Session) -> None:
+        """Refuse a client that does not hold control."""
+        refusal = self._context.station.refusal(session.name)
         if refusal is not None:
-            return refusal, {}
-        return Accepted(), {"name": await session.in_thread(context.recordings.begin, session.name)}
+            raise Refusal(refusal.reason, refusal.remedy)
 
-    async def _end_recording(self, order: dict[str, Any], session: Session) -> Done:
-        context = self._context
-        refusal = context.station.refusal(session.name)
-        if refusal is not None:
-            return refusal, {}
-        state = await session.in_thread(context.recordings.end, session.name)
-        return Accepted(), {"rows": state.rows}
+    async def _record(self, order: dict[str, Any], session: Session) -> More:
+        self._refuse_others(session)
+        begin = self._context.recordings.begin
+        return {"name": await session.in_thread(begin, session.name)}
 
-    async def _capture(self, order: dict[str, Any], session: Session) -> Done:
-        context = self._context
-        context.station.captures.begin(session.name, context.orders.capture(order))
-        return Accepted(), {}
+    async def _end_recording(self, order: dict[str, Any], session: Session) -> More:
+        self._refuse_others(session)
+        state = await session.in_thread(self._context.recordings.end, session.name)
+        return {"rows": state.rows}
 
-    async def _captured(self, order: dict[str, Any], session: Session) -> Done:
+    async def _capture(self, order: dict[str, Any], session: Session) -> More:
+        wanted = self._context.orders.capture(order)
+        self._context.station.captures.begin(session.name, wanted)
+        return {}
+
+    async def _captured(self, order: dict[str, Any], session: Session) -> More:
         """The state of the capture, and its rows unless they were seen, as a piece."""
         capture = self._context.station.captures.of(session.name)
         if capture is None:
@@ -103,27 +105,21 @@ class OrderHandler:
         found = capture.captured
         state = {"phase": capture.state, "captured": 0 if found is None else found.number}
         if found is None or found.number <= number({"seen": 0, **order}, "seen"):
-            return Accepted(), state
+            return state
         data = np.ascontiguousarray(found.values, "<f8").tobytes()
         await self._send_piece(order, data, len(data))
-        return Accepted(), {
-            **state,
-            "names": found.names,
-            "units": found.units,
-            "time_s": found.time,
-        }
+        return {**state, "names": found.names, "units": found.units, "time_s": found.time}
 
-    async def _end_capture(self, order: dict[str, Any], session: Session) -> Done:
+    async def _end_capture(self, order: dict[str, Any], session: Session) -> More:
         self._context.station.captures.end(session.name)
-        return Accepted(), {}
+        return {}
 
-    async def _upload(self, order: dict[str, Any], session: Session) -> Done:
-        context = self._context
-        take, load = session.upload.take, context.orders.programme
-        return Accepted(), await session.in_thread(take, order, load)
+    async def _upload(self, order: dict[str, Any], session: Session) -> More:
+        take, load = session.upload.take, self._context.orders.programme
+        return await session.in_thread(take, order, load)
 
-    async def _settings(self, order: dict[str, Any], session: Session) -> Done:
-        return Accepted(), {"text": self._context.hub.as_toml()}
+    async def _settings(self, order: dict[str, Any], session: Session) -> More:
+        return {"text": self._context.hub.as_toml()}
 
     async def _request(self, entry: Entry[dict[str, Any]], session: Session) -> Reply:
         context, order = self._context, entry.order
@@ -145,13 +141,11 @@ class OrderHandler:
                 context.hub.follow()  # the page asks for them next
         return reply
 
-    async def _piece(self, order: dict[str, Any], session: Session) -> Done:
+    async def _piece(self, order: dict[str, Any], session: Session) -> More:
         name, offset = text(order, "name"), number(order, "offset")
-        context = self._context
-        piece = context.recordings.piece
-        data, size = await session.in_thread(piece, name, offset)
+        data, size = await session.in_thread(self._context.recordings.piece, name, offset)
         await self._send_piece(order, data, size)
-        return Accepted(), {}
+        return {}
 
     async def _send_piece(self, order: dict[str, Any], data: bytes, size: int) -> None:
         """Send a piece of a file of this size."""

@@ -35,7 +35,7 @@ class Refusal(Exception):
 
     def __init__(self, reason: str, remedy: str = "") -> None:
         super().__init__(reason)
-        self.reason, self.remedy = reason, remedy
+        self.reply = Refused(reason, remedy)
 
 
 def read(message: str | bytes) -> dict[str, Any]:

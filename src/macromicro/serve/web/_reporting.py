@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.alone import possible
 from macromicro.control.live.messages import Event, Finished
 from macromicro.control.live.parameters import Live
-from macromicro.control.live.possible import possible
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries
 from macromicro.schema.text import plain

@@ -6,25 +6,19 @@ import itertools
 import math
 import secrets
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.serve import unconfirmed
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import Client
-from macromicro.serve.web._uploads import Upload
+from macromicro.serve.client import Capacity, Client
+from macromicro.serve.web._downloads import Upload
+
+if TYPE_CHECKING:
+    from macromicro.serve.web._connection import PageConnection
 
 GRACE_S = 10.0  # longest time for which a page that is gone may come back
 _numbers = itertools.count(1)  # one name for each page of all servers: the station tells them apart
-
-
-class Attached(Protocol):
-    def drop_waiting(self) -> None:
-        """Refuse the waiting orders."""
-
-    def leave(self) -> None:
-        """Close: another connection has taken over."""
 
 
 class Session(Client):
@@ -33,7 +27,7 @@ class Session(Client):
     def __init__(self, instrument: Instrument, name: str, address: str, capacity: Capacity) -> None:
         super().__init__(instrument, name, address, capacity)
         self.key = secrets.token_urlsafe(24)
-        self.connection: Attached | None = None
+        self.connection: PageConnection | None = None
         self.left = 0.0
         self.listed = False
         self.returns = True
@@ -56,7 +50,7 @@ class Sessions:
         session.address = address
         return session
 
-    def attach(self, session: Session, connection: Attached) -> None:
+    def attach(self, session: Session, connection: PageConnection) -> None:
         """Attach a connection and have the station list the page."""
         if session.connection is not None:
             session.connection.leave()
@@ -66,7 +60,7 @@ class Sessions:
             session.listed = True
             session.connect()
 
-    def detach(self, session: Session, connection: Attached) -> bool:
+    def detach(self, session: Session, connection: PageConnection) -> bool:
         """Detach an ended connection; True if no other one has the session."""
         if session.connection is not connection:
             return False

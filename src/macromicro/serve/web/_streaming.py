@@ -9,9 +9,9 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
-from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.control.live.messages import Accepted, Reply
 from macromicro.serve.web import bins
-from macromicro.serve.web._context import Context
+from macromicro.serve.web._hub import Context
 from macromicro.serve.web._orders import Refusal, number
 
 Send = Callable[[str | bytes], Awaitable[None]]
@@ -24,6 +24,7 @@ class Stream:
     def __init__(self, context: Context) -> None:
         self._context, self._bounds = context, context.bounds
         self._period = context.instrument.period
+        self._plots = bins.plots(context.station.settings)
         self.view = bins.view(0, bins.SPANS[1], 600, self._period)
         self._shown = True
         self._since = -1
@@ -80,21 +81,18 @@ class Stream:
             self.look(order)
             reply: Reply = Accepted()
         except Refusal as refusal:
-            reply = Refused(refusal.reason, refusal.remedy)
+            reply = refusal.reply
         await answer(order, reply)
 
     def _frame(self) -> bytes:
         if not self._shown:
             return b""
-        last, block, names = self._context.station.telemetry(self._since)
+        last, block, _ = self._context.station.telemetry(self._since)
         view = self.view
         if last < self._since:  # another loop counts anew
             self._since = -1
             return b""
-        shown, context = block[:, -view.rows :], self._context
-        hub, place = context.hub, context.instrument.place
-        own = [column.name for column in context.instrument.law_columns]
-        data = bins.frame(view, last, shown, names, hub.pitch, place, hub.settings.axes, own)
+        data = self._plots.frame(view, last, block[:, -view.rows :])
         # The bin that is being filled is sent again, whole.
         self._since = last // view.width * view.width - 1 if data else self._since
         return data

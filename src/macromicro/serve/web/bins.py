@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from macromicro.control.live.parameters import Live
 from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH, Place
 from macromicro.serve.shared import RING_S
+
+if TYPE_CHECKING:
+    from macromicro.serve.choosing import AnySettings
 
 CHANNELS = (
     "macro reference",  # mm, homed frame; of a machine that turns, this and all places deg
@@ -42,13 +45,6 @@ PIECE_KIND = 2
 PIECE = struct.Struct("<4Id")
 
 
-Axes = Sequence[tuple[str, Live]]
-
-
-def channels(axes: Axes = ()) -> tuple[str, ...]:
-    return (*CHANNELS, *(f"{name} {what}" for name, _ in axes[1:] for what in OF_STAGE))
-
-
 class View(NamedTuple):
     """A viewer's plot: `width` rows a bin, `columns` bins, `period` seconds a row."""
 
@@ -69,41 +65,6 @@ def view(number: int, span: float, columns: int, period: float = PERIOD) -> View
     return View(number, width, -(-rows // width), period)
 
 
-def traces(
-    block: Array,
-    names: Sequence[str],
-    pitch: float,
-    place: Place = LENGTH,
-    axes: Axes = (),
-    own: Sequence[str] = (),
-) -> Array:
-    """The displayed channels of telemetry, float64[channels, rows], in the homed frame."""
-    column = {name: block[k] for k, name in enumerate(names)}
-    share = 1e-3 * place.per  # of what people read, in a thousandth of what is counted in
-    position, fine = column["position"] * share, column["hall_position"] * share
-    macro = position - fine
-    ahead = (column["macro_reference"] - column["macro_position"]) * pitch * place.per
-    further: list[Array] = []
-    for name, live in axes[1:]:
-        off = (column[f"{name}_reference"] - column[f"{name}_count"]) * live.pitch * place.per
-        here = column[f"{name}_position"] * share
-        further += [here + off, here, column[f"{name}_motor"]]
-    return np.stack(
-        [
-            macro + ahead,
-            macro,
-            column["micro_reference"] * share,
-            fine,
-            column["motor"],
-            column["ctrl"],
-            column["temperature_estimate"],
-            position,
-            *further,
-            *(column[name] for name in own),
-        ]
-    )
-
-
 def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
     """Min and max, float32[bins, channels, 2], of rows; row n belongs to bin n // width."""
     rows = values.shape[1]
@@ -117,36 +78,75 @@ def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
     return np.ascontiguousarray(np.stack([low, high], axis=-1).transpose(1, 0, 2), np.float32)
 
 
-def frame(
-    view: View,
-    last: int,
-    block: Array,
-    names: Sequence[str],
-    pitch: float,
-    place: Place = LENGTH,
-    axes: Axes = (),
-    own: Sequence[str] = (),
-) -> bytes:
-    """A frame of the rows `block` up to row number `last`; b"" if there are none."""
-    rows = block.shape[1]
-    if rows == 0:
-        return b""
-    values = traces(block, names, pitch, place, axes, own)
-    first = last - rows + 1
-    bins = binned(values, first, view.width)
-    time = float(block[names.index("t"), -1])
-    spread = float(block[names.index("uncertainty"), -1]) * 1e-3 * place.per
-    newest = [float(values[k, -1]) for k in (7, 1, 3)]
-    head = HEADER.pack(
-        KIND,
-        view.number,
-        bins.shape[0],
-        bins.shape[1],
-        first // view.width,
-        view.width * view.period,
-        time,
-        last,
-        *newest,
-        spread,
-    )
-    return head + bins.tobytes()
+class Plots(NamedTuple):
+    """What is plotted of a machine: the channels made of its telemetry `names`."""
+
+    names: Sequence[str]
+    pitch: float
+    place: Place = LENGTH
+    axes: Sequence[tuple[str, Live]] = ()
+    law: Sequence[str] = ()  # columns of the law's memory
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the `traces`."""
+        further = (f"{name} {what}" for name, _ in self.axes[1:] for what in OF_STAGE)
+        return (*CHANNELS, *further, *self.law)
+
+    def traces(self, block: Array) -> Array:
+        """The channels of some rows, float64[channels, rows], in the homed frame."""
+        column, per = dict(zip(self.names, block, strict=True)), self.place.per
+        share = 1e-3 * per  # of what people read, in a thousandth of what is counted in
+        position, fine = column["position"] * share, column["hall_position"] * share
+        macro = position - fine
+        ahead = (column["macro_reference"] - column["macro_position"]) * self.pitch * per
+        further: list[Array] = []
+        for name, live in self.axes[1:]:
+            off = (column[f"{name}_reference"] - column[f"{name}_count"]) * live.pitch * per
+            here = column[f"{name}_position"] * share
+            further += [here + off, here, column[f"{name}_motor"]]
+        return np.stack(
+            [
+                macro + ahead,
+                macro,
+                column["micro_reference"] * share,
+                fine,
+                column["motor"],
+                column["ctrl"],
+                column["temperature_estimate"],
+                position,
+                *further,
+                *(column[name] for name in self.law),
+            ]
+        )
+
+    def frame(self, view: View, last: int, block: Array) -> bytes:
+        """A frame of the rows `block` up to row number `last`; b"" if there are none."""
+        rows = block.shape[1]
+        if rows == 0:
+            return b""
+        values = self.traces(block)
+        first = last - rows + 1
+        bins = binned(values, first, view.width)
+        time = float(block[self.names.index("t"), -1])
+        spread = float(block[self.names.index("uncertainty"), -1]) * 1e-3 * self.place.per
+        newest = [float(values[k, -1]) for k in (7, 1, 3)]
+        head = HEADER.pack(
+            KIND,
+            view.number,
+            bins.shape[0],
+            bins.shape[1],
+            first // view.width,
+            view.width * view.period,
+            time,
+            last,
+            *newest,
+            spread,
+        )
+        return head + bins.tobytes()
+
+
+def plots(settings: AnySettings) -> Plots:
+    """What is plotted of the machine with these settings."""
+    live, law = settings.live, [column.name for column in settings.law_columns]
+    return Plots(settings.telemetry.names, live.pitch, live.place, settings.axes, law)

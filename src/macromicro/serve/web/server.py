@@ -7,21 +7,37 @@ import socket
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from macromicro.serve.door._monitor import prepare
-from macromicro.serve.guesses import Guesses, Token
-from macromicro.serve.hosts import HOST, STARTING, guarded, is_loopback, url
+from macromicro.serve.door._connection import prepare
+from macromicro.serve.hosts import HOST, STARTING, Guesses, Token, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.listening import Listener, check_port, refused
-from macromicro.serve.web._bounds import Bounds
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
 
-    from macromicro.hysteresis.table import FodTable
     from macromicro.serve.station import Station
-    from macromicro.serve.web._context import Context
+    from macromicro.serve.web._hub import Context
+
+
+class Bounds(NamedTuple):
+    """Limits of the page's server; times in s."""
+
+    viewers: int = 16  # connections at a time
+    silent: int = 64  # connections that have not said hello
+    largest: int = 16_384  # bytes of a message
+    rate: float = 100.0  # messages per second
+    burst: float = 200.0  # messages at once
+    waiting: int = 32  # pending orders of one viewer
+    patience: float = 5.0  # for unread data, or a missing hello
+    frames: float = 30.0  # of telemetry per second
+    views: float = 2.0  # changes of the view per second
+    jog: float = 0.4  # a jog continues so long without a sign of its button
+    tries: int = 5  # wrong tokens of one address within `forget`
+    pause: float = 0.5  # after a wrong token
+    forget: float = 60.0
+
 
 LOOK_S = 0.1
 _LOG = logging.getLogger("macromicro.web")
@@ -44,7 +60,6 @@ class WebServer(Listener):
         *,
         folder: Path = Path(),
         names: Sequence[str] = (),
-        table: FodTable | None = None,
         bounds: Bounds | None = None,
     ) -> None:
         from macromicro.serve.web._http import Gate
@@ -57,7 +72,7 @@ class WebServer(Listener):
         super().__init__("web", host, port)
         self._station = station
         self._gate = Gate([*names, host])
-        self._folder, self._table = folder, table
+        self._folder = folder
         self._context: Context | None = None
 
     @property
@@ -101,13 +116,11 @@ class WebServer(Listener):
 
     async def _look(self) -> None:
         """Update what all viewers see, once the station has started."""
-        from macromicro.serve.web._context import Context
+        from macromicro.serve.web._hub import Context
 
         if not self._station.started:
             return
-        context = self._context or Context(
-            self._station, self._token, self._folder, self._table, self._bounds
-        )
+        context = self._context or Context(self._station, self._token, self._folder, self._bounds)
         await context.look()
         context.sessions.tidy()
         self._context = context

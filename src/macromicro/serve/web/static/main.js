@@ -257,8 +257,7 @@ function words(now) {
   set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "No client holds control");
   $("fan").setAttribute("aria-pressed", String(now.fan));
   const plane = now.plane;
-  set("plane-words", `Now ${plane.u.toFixed(1)} degC` +
-    (plane.contraction == null ? "." : `; the kiln's table expects ${length.words(plane.contraction * 1e-3, 1)}, the Hall sensor shows ${length.words(now.micro_mm * 1e-3, 1)}.`));
+  set("plane-words", `Now ${plane.u.toFixed(1)} degC.`);
 }
 
 // Why the position shown is not to be relied on, or "": it looks so. Old, or not known.

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.serve.joint.bed import PLOTTER
+from tests.serve.group.bed import PLOTTER
 from tests.serve.stage.test_served import Served, block, example, served
 from tests.serve.web.web_parts import Client as Page
 

@@ -12,23 +12,16 @@ from macromicro.control.live import alone
 from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.leading import Course
-from macromicro.control.live.messages import (
-    Accepted,
-    Event,
-    Finished,
-    Notice,
-    Refused,
-    Reply,
-)
+from macromicro.control.live.messages import Accepted, Event, Finished, Notice, Refused, Reply
 from macromicro.control.live.plain import among, listed, shown
 from macromicro.control.live.state import Braking, LiveState, Played
 from macromicro.machines.sequence import Plan
 from macromicro.place import Place
 from macromicro.schema.par import finite
 from macromicro.serve._machine import Point, StageView, View
-from macromicro.serve.joint._together import Together
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage._machine import Led
+from macromicro.serve.stage._together import Together
 from macromicro.types import SAFE, Command, Outputs, Sample
 
 # The mode of all is the first of these that a stage is in; that of rest is the last motion's.
@@ -162,31 +155,19 @@ class StageGroup:
 
     def _parts(self, request: Any) -> Parts | Refused:
         """The request to each stage, or the reason why there is none."""
-        parts: Parts | Refused = [(k, request) for k in range(len(self._leds))]
-        if isinstance(request, m.MovePoint):
-            parts = self._each(request.to, lambda k, p: m.MoveTo(p, "", True))
-        elif isinstance(request, m.MovePointBy):
-            parts = self._each(request.by, self._by)
-        elif isinstance(request, m.MoveAxis):
-            parts = self._one(request.axis, lambda k: m.MoveTo(request.position, "", True))
-        elif isinstance(request, m.MoveAxisBy):
-            parts = self._one(request.axis, lambda k: self._by(k, request.distance))
-        elif isinstance(request, m.Follow):
-            parts = self._followed(request)
-        elif isinstance(request, m.EndFollow):
-            axes = () if self._motion is None else self._motion.axes
-            parts = [(k, request) for k in axes] or NOT_FOLLOWING
-        elif isinstance(request, m.Jog | m.SetSpeed):
-            parts = self._one(request.stage, lambda k: request._replace(stage=m.MACRO))
-        elif isinstance(request, m.Home):
-            parts = [(k, request) for k in self._searching()]
-        elif isinstance(request, m.Programme):
-            parts = self._played(request.plan)
-        elif isinstance(request, m.SetGains):
-            parts = self._changes(request.changes)
-        elif not isinstance(request, m.Request):
-            parts = Refused(f"{type(request).__name__} is not a request", "see the messages")
-        return parts
+        own = _PARTS.get(type(request))
+        if own is not None:
+            return own(self, request)
+        if not isinstance(request, m.Request):
+            return Refused(f"{type(request).__name__} is not a request", "see the messages")
+        return self._everyone(request)
+
+    def _everyone(self, request: Any) -> Parts:
+        return [(k, request) for k in range(len(self._leds))]
+
+    def _ended(self, request: m.EndFollow) -> Parts | Refused:
+        axes = () if self._motion is None else self._motion.axes
+        return [(k, request) for k in axes] or NOT_FOLLOWING
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
         """Latch a fault of all stages."""
@@ -233,7 +214,7 @@ class StageGroup:
         """The stages that follow, each by itself."""
         part = request._replace(stage=m.MACRO)
         if among(request.stage, (m.ALL,)):
-            return [(k, part) for k in range(len(self._leds))]
+            return self._everyone(part)
         parts = self._one(request.stage, lambda k: part)
         if isinstance(parts, Refused):
             return parts._replace(remedy=f'{parts.remedy}, or "{m.ALL}"')
@@ -250,13 +231,16 @@ class StageGroup:
         )
         return None if replaces and self._mode != m.HOMING else _BUSY
 
+    def _to(self, k: int, position: Any) -> Any:
+        return m.MoveTo(position, replace=True)
+
     def _by(self, k: int, distance: Any) -> Any:
         """A relative move of a stage as an absolute one."""
         if not finite(distance):
             return m.MoveBy(distance)  # its refusal says what is accepted
         target = self._target(k)
         here = self._leds[k].state.seen.position if math.isnan(target) else target
-        return m.MoveTo(here + float(distance), "", True)
+        return self._to(k, here + float(distance))
 
     def _target(self, k: int, seen: View | None = None) -> float:
         """Target of a stage: of the pending, present or last move, or NaN."""
@@ -513,6 +497,22 @@ class StageGroup:
 
     def _now(self) -> float:
         return self._leds[0].state.time
+
+
+# What each stage is asked for by requests that are not the same for all.
+_PARTS: dict[type, Callable[[StageGroup, Any], Parts | Refused]] = {
+    m.MovePoint: lambda group, request: group._each(request.to, group._to),
+    m.MovePointBy: lambda group, request: group._each(request.by, group._by),
+    m.MoveAxis: lambda group, r: group._one(r.axis, lambda k: group._to(k, r.position)),
+    m.MoveAxisBy: lambda group, r: group._one(r.axis, lambda k: group._by(k, r.distance)),
+    m.Follow: lambda group, request: group._followed(request),
+    m.EndFollow: lambda group, request: group._ended(request),
+    m.Jog: lambda group, r: group._one(r.stage, lambda k: r._replace(stage=m.MACRO)),
+    m.SetSpeed: lambda group, r: group._one(r.stage, lambda k: r._replace(stage=m.MACRO)),
+    m.Home: lambda group, request: [(k, request) for k in group._searching()],
+    m.Programme: lambda group, request: group._played(request.plan),
+    m.SetGains: lambda group, request: group._changes(request.changes),
+}
 
 
 def _axes(parts: Parts) -> tuple[int, ...]:

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.serve.joint.bed import PLOTTER, Bed
+from tests.serve.group.bed import PLOTTER, Bed
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.alone import possible
 from macromicro.control.live.messages import Accepted, Event, Refused
-from macromicro.control.live.possible import possible
 from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK
 from macromicro.machines.joint import course, planning

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.serve import guesses
-from macromicro.serve.guesses import WRONG, Guesses, Token, network
+from macromicro.serve import hosts as guesses
+from macromicro.serve.hosts import WRONG, Guesses, Token, network
 
 
 def test_a_few_wrong_ones_shut_an_address_out_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:

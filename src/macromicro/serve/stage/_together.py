@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from macromicro.control.live.guided import Step, slow_down
-from macromicro.control.live.leading import REST, Aim, Guide, Guided
-from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.guided import slow_down
+from macromicro.control.live.leading import REST, Aim, Guide, Guided, Period, Step
 from macromicro.control.live.state import LiveState, Played
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
@@ -119,37 +118,19 @@ class Together:
         """Let each stage brake by itself."""
         self._slowing = None
 
-    def brake(
-        self,
-        axis: int,
-        p: LiveParameters,
-        q: Guide,
-        s: LiveState,
-        g: Guided,
-        place: float,
-        dt: float,
-    ) -> Step:
+    def brake(self, axis: int, now: Period, s: LiveState, g: Guided) -> Step:
         """`guided.slow_down` of one stage, on the path if all follow one."""
         slowing, plans = self._slowing, self._plans
         if slowing is None or plans is None:
-            return slow_down(p, q, s, g, place, dt)
+            return slow_down(now, s, g)
         if s.time != slowing.at:  # once for all
-            slowing = slower(plans, self._progress, slowing, self._most, dt)
+            slowing = slower(plans, self._progress, slowing, self._most, now.dt)
             self._slowing = slowing = slowing._replace(at=s.time)
         aim, over = slowing.aims[axis], all(each[1:] == REST[1:] for each in slowing.aims)
         aim = aim._replace(position=aim.position + self._offsets[axis])
-        return slow_down(p, q, s, g, place, dt, lambda q, g, dt: (g._replace(aim=aim), over))
+        return slow_down(now, s, g, lambda q, g, dt: (g._replace(aim=aim), over))
 
-    def step(
-        self,
-        axis: int,
-        p: LiveParameters,
-        q: Guide,
-        s: LiveState,
-        g: Guided,
-        place: float,
-        dt: float,
-    ) -> Step:
+    def step(self, axis: int, now: Period, s: LiveState, g: Guided) -> Step:
         """`playing.step` of one stage, the first one first."""
         work = s.work
         assert isinstance(work, Played)
@@ -164,7 +145,7 @@ class Together:
             assert self._targets is not None
             return self._progress, self._targets[axis]
 
-        return _playing.step(p, q, s, g, place, dt, follow)
+        return _playing.step(now, s, g, follow)
 
     def _follow(self, now: float) -> None:
         assert self._plans is not None

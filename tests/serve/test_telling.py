@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.serve import choosing
-from macromicro.serve.calibrated import calibrations
+from macromicro.serve.telling import calibrations
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
 CORRECTION = """

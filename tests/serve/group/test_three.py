@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.serve.joint.bed import Bed
+from tests.serve.group.bed import Bed
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Event, Refused

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,12 @@ import numpy as np
 import pytest
 from tests.serve.stage.test_served import PATIENT, served
 from tests.systems import posix
+from tests.waiting import until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
-from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve.stage import opening, settings
 from macromicro.serve.station import Station
 
@@ -164,13 +164,6 @@ def done(station: Station, request: Any) -> Any:
     reply = station.request("a test", request)
     assert isinstance(reply, Accepted), reply
     return station.finished(reply.id, 60.0)
-
-
-def until(what: Callable[[], object], longest: float = 20.0) -> None:
-    end = time.monotonic() + longest
-    while not what():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.serve.joint.bed import PLOTTER, Bed
+from tests.serve.group.bed import PLOTTER, Bed
 
 from macromicro.control.live import messages as m
 from macromicro.machines.rig import CompiledTwin

@@ -1,1 +1,0 @@
-"""Guided first power-up of a rig."""

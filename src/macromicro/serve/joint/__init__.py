@@ -1,1 +1,0 @@
-"""Server parts of a two-axis machine."""
