@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro.hysteresis import FodTable, Preisach, from_density
-from macromicro.hysteresis.pictures import _evenly, draw_curves, draw_density, staircase
+from macromicro.hysteresis.pictures import _evenly, draw_curves, draw_density, draw_plane, staircase
 
 TABLE = FodTable.from_everett(from_density(np.tril(np.ones((20, 20))), -1.0, 0.1, 21), 0.0, 2.0)
 
@@ -42,6 +42,9 @@ def test_area_under_the_staircase_is_the_output(start: str) -> None:
 
 
 def test_pictures_can_be_saved() -> None:
+    model = Preisach(TABLE)
+    for u in (0.6, -0.4, 0.2, -0.1):
+        model.step(u)
     u = np.linspace(0.5, -1.0, 30)
     fitted = FodTable.from_curves(
         [
@@ -50,15 +53,15 @@ def test_pictures_can_be_saved() -> None:
         ],
         nodes=21,
     )
-    pictures = [draw_density(TABLE), draw_density(fitted, "V")]
+    pictures = [draw_plane(model, "V"), draw_density(TABLE), draw_density(fitted, "V")]
     pictures += [draw_curves(TABLE, most=4), draw_curves(fitted, "V", "mm")]
     for figure in pictures:
         file = io.BytesIO()
         figure.savefig(file, format="png")
         assert file.getvalue().startswith(b"\x89PNG")
-    lines = pictures[2].axes[0].lines
+    lines = pictures[3].axes[0].lines
     assert len(lines) == 4 + 2
-    assert pictures[3].axes[0].get_xlabel() == "input u [V]"
+    assert pictures[4].axes[0].get_xlabel() == "input u [V]"
 
 
 def test_heavy_modules_wait_until_they_are_needed() -> None:
@@ -80,6 +83,35 @@ def test_of_many_curves_some_are_drawn_the_first_and_the_last_among_them(
     if count:
         assert found[0] == 0 and found[-1] == (count - 1 if most > 1 else 0)
         assert np.ptp(np.diff(found)) <= 1 if len(found) > 1 else True
+
+
+def test_the_plane_shows_the_vertices_with_their_numbers() -> None:
+    """Those of Figure 2.16, and S+ below the line between them."""
+    model = Preisach(TABLE)
+    for u in (0.6, -0.4, 0.2, -0.1):
+        model.step(u)
+    axes = draw_plane(model, "V").axes[0]
+    assert axes.get_title(loc="left") == "Preisach plane at u = -0.1 V"
+    line, edge, dots = axes.lines
+    assert line.get_xydata().tolist() == [[-1, 0.6], [-0.4, 0.6], [-0.4, 0.2], [-0.1, 0.2],
+                                          [-0.1, -0.1]]  # fmt: skip
+    assert edge.get_xydata().tolist() == [[-1, -1], [1, 1], [-1, 1], [-1, -1]]
+    assert dots.get_xydata().tolist() == [[-0.4, 0.6], [-0.1, 0.2]]
+    shown = [(t.get_text(), *t.xy) for t in axes.texts]
+    assert shown == [("$(M_1, m_1)$", -0.4, 0.6), ("$(M_2, m_2)$", -0.1, 0.2)]
+    half, up = (patch.get_xy().tolist() for patch in axes.patches)
+    assert half[:3] == [[-1, -1], [1, 1], [-1, 1]]
+    assert up[:6] == [*line.get_xydata().tolist(), [-1, -1]]
+
+
+@pytest.mark.parametrize(("pairs", "told"), [(7, 7), (8, 0)])
+def test_of_many_vertices_none_is_numbered(pairs: int, told: int) -> None:
+    model = Preisach(TABLE)
+    for k in range(pairs):
+        model.step(0.9 - 0.05 * k)
+        model.step(-0.9 + 0.05 * k)
+    axes = draw_plane(model).axes[0]
+    assert len(axes.texts) == told and len(axes.lines[2].get_xdata()) == pairs
 
 
 def test_a_density_is_shown_to_what_nearly_all_cells_have() -> None:

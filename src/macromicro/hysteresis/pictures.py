@@ -24,6 +24,27 @@ def staircase(model: Preisach) -> tuple[Array, Array]:
     return np.array(beta[:-1]), np.array(alpha)
 
 
+def draw_plane(model: Preisach, unit: str = "") -> Figure:
+    figure, axes = _figure()
+    lo, hi = model.table.lo, model.table.hi
+    beta, alpha = staircase(model)
+    axes.fill([lo, hi, lo], [lo, hi, hi], color="0.93", label="S- (down)")
+    axes.fill(
+        [*beta, model.u, lo], [*alpha, model.u, lo], color="tab:blue", alpha=0.35, label="S+ (up)"
+    )
+    axes.plot([*beta, model.u], [*alpha, model.u], color="tab:blue", label="L(t)")
+    axes.plot([lo, hi, lo, lo], [lo, hi, hi, lo], color="0.3", linewidth=0.8)
+    corners = model.corners
+    corners = corners[corners[:, 0] > corners[:, 1]]
+    axes.plot(corners[:, 1], corners[:, 0], "o", color="tab:blue", markersize=4)
+    for k, (top, low) in enumerate(corners if len(corners) < 8 else (), 1):
+        axes.annotate(f"$(M_{k}, m_{k})$", (low, top), xytext=(4, 4), textcoords="offset points")
+    axes.set_aspect("equal")
+    title = f"Preisach plane at u = {model.u:g} {unit}".rstrip()
+    _finish(axes, title, *_thresholds(unit), legend=True)
+    return figure
+
+
 def draw_density(table: FodTable, unit: str = "") -> Figure:
     figure, axes = _figure()
     density = np.sign(table.span) * table.density

@@ -77,8 +77,8 @@ class Client:
             self.socket: ClientConnection = self._open.__enter__()
             if hello is None:
                 return
-            self.put(do="hello", **hello)
             try:
+                self.put(do="hello", **hello)
                 self.welcome = self.get("welcome")
             except ConnectionClosed as closed:  # a page may come before its machine has started
                 starts = closed.rcvd is not None and closed.rcvd.code == STARTING[0]
