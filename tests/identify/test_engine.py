@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.arrays import Array
+from macromicro.identify import engine
 from macromicro.identify.engine import (
     Fit,
     Pieces,
@@ -62,6 +65,25 @@ def test_exact_pieces_give_exact_parameters_from_unknown_states(a: float, b: flo
     assert end.settled and not end.bound.any()
     np.testing.assert_allclose(end.values, truth, rtol=1e-7)
     assert end.rms < 1e-8
+
+
+def test_long_pieces_are_simulated_side_by_side_with_the_same_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pieces, begin = made(np.array([1.5, 0.7]), noise=1e-3), np.array([1.0, 1.0])
+    threads = set()
+
+    def watched(values: Array, pieces: Pieces) -> Array:
+        threads.add(threading.current_thread().name)
+        return simulated(values, pieces)
+
+    alone = fit(watched, space(), pieces, begin)
+    assert len(threads) == 1
+    monkeypatch.setattr(engine, "_LONG", len(pieces.y))
+    beside = fit(watched, space(), pieces, begin)
+    assert len(threads) > 2
+    np.testing.assert_array_equal(beside.values, alone.values)
+    np.testing.assert_array_equal(beside.slopes, alone.slopes)
 
 
 def test_what_a_state_explains_is_in_no_residual_and_no_slope() -> None:

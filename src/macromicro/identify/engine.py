@@ -8,7 +8,10 @@ Pereyra, SIAM J. Numerical Analysis 10, 1973, with L. Kaufman's slopes, BIT 15, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +29,7 @@ _PARTS = (1.0, 0.5, 0.2)  # of a step of the states that are tried
 _ROUNDS = 4  # of states
 _NEAR, _NEARER = 1e-4, 1e-10  # part of the cost by which a search, or a round, may still lower it
 _EXACT = 1e-21  # mean square of what is missed, in the output's scale: rounding
+_LONG = 10_000  # samples: a simulation takes longer than to start threads
 _ENDED = 1e-4  # of a parameter's scale: as good as none
 
 
@@ -145,6 +149,16 @@ def settled(
     return pieces
 
 
+@contextmanager
+def _side_by_side(samples: int) -> Iterator[Callable[..., Iterable[Array]]]:
+    """`map`, or for long simulations the same in threads: compiled, they release the lock."""
+    if samples < _LONG:
+        yield map
+        return
+    with ThreadPoolExecutor() as pool:
+        yield pool.map
+
+
 class _Search:
     """Residuals and slopes of pieces from fixed states, and the states that are nearer."""
 
@@ -166,7 +180,9 @@ class _Search:
         # Steps are wide enough to smooth over samples at which a mass sticks.
         nudge = NUDGE * np.maximum(np.abs(at), _LEAST)
         low, high = self.space.low, self.space.high
-        table = central(lambda z: self._run(z, self.pieces), at, nudge, low, high, self.less)
+        made = partial(self._run, pieces=self.pieces)
+        with _side_by_side(len(self.pieces.y)) as mapped:
+            table = central(made, at, nudge, low, high, self.less, mapped)
         return np.nan_to_num(table / self.space.unit)
 
     def moved(self, at: Array) -> Pieces:
@@ -195,11 +211,12 @@ class _Search:
             return
         pieces, unit = self.pieces, self.space.unit
         place, rate = self.space.states
-        self._plain = self._run(at, pieces)
-        step = _STATE * rate
-        by_speed = (self._run(at, pieces._replace(v=pieces.v + step)) - self._plain) / step
-        step = _STATE * place
-        by_place = (self._run(at, pieces._replace(x=pieces.x + step)) - self._plain) / step
+        faster, further = _STATE * rate, _STATE * place
+        beside = pieces._replace(v=pieces.v + faster), pieces._replace(x=pieces.x + further)
+        with _side_by_side(len(pieces.y)) as mapped:
+            self._plain, *moved = mapped(partial(self._run, at), (pieces, *beside))
+        by_speed = (moved[0] - self._plain) / faster
+        by_place = (moved[1] - self._plain) / further
         one, size = self._normal(np.nan_to_num(by_speed), _BLIND * unit / rate)
         self._shared = pieces.totals(one * by_place)
         across = np.nan_to_num(by_place) - one * pieces.spread(self._shared)

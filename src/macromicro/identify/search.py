@@ -103,14 +103,24 @@ def slopes(made: Missed, z: Array, bounds: Bounds) -> Array:
 
 
 def central(
-    made: Missed, at: Array, nudge: Array, low: Array, high: Array, less: Missed = np.asarray
+    made: Missed,
+    at: Array,
+    nudge: Array,
+    low: Array,
+    high: Array,
+    less: Missed = np.asarray,
+    mapped: Callable[..., Iterable[Array]] = map,
 ) -> Array:
-    """Central differences within bounds, of what `less` leaves of a change."""
+    """Central differences within bounds, of what `less` leaves of a change.
+
+    `mapped` is `map`, or the same in threads.
+    """
     columns = []
     for k in range(len(at)):
         up, down = at.copy(), at.copy()
         up[k], down[k] = min(at[k] + nudge[k], high[k]), max(at[k] - nudge[k], low[k])
-        columns.append(less(made(up) - made(down)) / (up[k] - down[k]))
+        above, below = mapped(made, (up, down))
+        columns.append(less(above - below) / (up[k] - down[k]))
     return np.stack(columns, axis=1)
 
 
