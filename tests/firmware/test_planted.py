@@ -17,6 +17,7 @@ _BEHIND = (
     ("static uint16_t quiet;", "static uint16_t quiet, was;"),
     ("        quiet = 0;\n", "        was = quiet;\n        quiet = 0;\n"),
 )
+_COLD = "\n        // ctrl = 0.0\n        ctrl = 0.0f;"  # in silence
 # What is wrong: the file, what stands there and what instead, the injury that shows it.
 MISTAKES = {
     "falls after 0.6 s of silence": (
@@ -38,13 +39,13 @@ MISTAKES = {
         "two_stage_board.c",
         [
             ("order->quiet >= CONTROL_SILENCE + CONTROL_DECELERATE", "order->quiet > 9.0f"),
-            (": 0.0f;\n        ctrl = 0.0f;", ": 0.1f;\n        ctrl = 0.0f;"),
+            (f": 0.0f;{_COLD}", f": 0.1f;{_COLD}"),
         ],
         "silence",
     ),
     "the wire is on in silence": (
         "two_stage_board.c",
-        [(": 0.0f;\n        ctrl = 0.0f;", ": 0.0f;")],
+        [(f": 0.0f;{_COLD}", ": 0.0f;")],
         "silence",
     ),
     "the first order behind a silence is turned round": (
