@@ -318,27 +318,3 @@ def test_a_motion_that_is_cut_off_costs_no_place_that_the_sensor_knows(name: str
     bed.run(3)
     bed.notices += bed.machine.fail("control periods missed", {}, False)
     assert bed.trusted
-
-
-def leaning(bed: Broken) -> float:
-    """For how long the stage has stood and pushed, s."""
-    return float(bed.machine.leaning())
-
-
-@pytest.mark.parametrize("name", ["printer", "screw", "disc"])
-def test_a_homing_that_is_stopped_while_it_leans_on_the_stop_is_no_fault(name: str) -> None:
-    bed = Broken(MACHINES / f"{name}.toml")
-    bed.ask(m.Enable())
-    bed.ask(m.Home())
-    touch = bed.machine.guide.touch
-    longest = 0.0
-    for _ in range(round(20.0 / bed.period)):
-        bed.run(1)
-        longest = max(longest, leaning(bed))
-        if longest > 0.6 * touch.stand:
-            break
-    assert longest > touch.reveal  # of a motion that looks for no stop, this would be too long
-    bed.ask(m.Stop())
-    bed.run(round(1.0 / bed.period))
-    assert not bed.fault and bed.machine.view().mode == m.STOPPED
-    assert leaning(bed) == 0.0

@@ -134,7 +134,7 @@ def leans(q: Touch, work: Any) -> float:
 
 
 def _fresh(g: Guided, place: float) -> Guided:
-    return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan, released=math.nan)
+    return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan)
 
 
 def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
@@ -193,11 +193,6 @@ def _stands(g: Guided) -> bool:
     return g.aim == REST._replace(position=g.aim.position)
 
 
-def _lies(g: Guided) -> bool:
-    """Whether the set point stands, or the stage stands and pushes."""
-    return g.aim.velocity == 0.0 or g.leaning > 0.0
-
-
 def _alone(q: Guide, g: Guided, dt: float) -> tuple[Guided, bool]:
     """Its own way to rest, and whether the set point is there."""
     g = braked(q, g, dt)
@@ -216,14 +211,14 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
     assert isinstance(work, Braking)
     if g.motion != NEVER:  # the profile is given up
         g = g._replace(motion=NEVER, inside=math.nan)
-    if not s.frame.trusted and g.leaning > 0.0 and math.isnan(g.released):
-        g = g._replace(released=s.time)
-    springs = q.rubs and s.time - g.released < SPRING
+    if not s.frame.trusted and g.leaning > 0.0:
+        g = g._replace(leant=s.time)
+    springs = q.rubs and s.time - g.leant < SPRING
     apart = g.aim.position != place
-    if springs or (not s.frame.trusted and apart and _lies(g) and math.isnan(g.inside)):
+    if springs or (not s.frame.trusted and apart and g.aim.velocity == 0.0 and math.isnan(g.inside)):
         # What leaned on something is let go: it is held where it is.
         g = let_go(g, place)
-    stood = s.time - max(g.stood_since, g.released if springs else -math.inf)
+    stood = s.time - max(g.stood_since, g.leant)
     dead = q.rubs and stood >= HUSH * q.arrival.dwell - TICK and _unanswered(q, g, dt)
     g, stands = brake(q, g, dt)
     off = g.aim.position - place
@@ -238,7 +233,6 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
         g = let_go(g, place)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
         return s, g, lost
-    g = g._replace(released=math.nan)
     evidence = {"way_counts": s.seen.encoder - work.origin, "cause": work.cause, **work.found}
     if not rested:
         evidence["rest"] = "did not come to rest in time"

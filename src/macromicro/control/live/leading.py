@@ -128,8 +128,7 @@ class Guided(NamedTuple):
     asked: float = 0.0  # where the set point was then, m
     stood_since: float = 0.0
     calm: bool = False  # whether it has been let go where it rests since its last motion
-    # since when a stage that comes to rest is let go from what it leaned on, s; NaN: it is not
-    released: float = math.nan
+    leant: float = -math.inf  # when it last leaned on something as it came to rest, s
     later: tuple[Piece, ...] = ()  # as of `Course`
 
 
