@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from macromicro.control.live import messages as m
 
 from .bed import Bed
+from .test_broken import Broken
 
 MACHINES = Path(__file__).parents[3] / "examples" / "machines"
 
@@ -18,13 +20,16 @@ def leaning(bed: Bed) -> float:
     return float(bed.machine.leaning())
 
 
+@pytest.mark.parametrize("slowly", [False, True])  # the first touch, or the second
 @pytest.mark.parametrize("name", ["printer", "screw", "disc"])
-def test_a_homing_that_is_stopped_while_it_leans_on_the_stop_is_no_fault(name: str) -> None:
-    bed = Bed(MACHINES / f"{name}.toml", real=True)
+def test_a_homing_that_is_stopped_while_it_leans_on_the_stop_is_no_fault(
+    name: str, slowly: bool
+) -> None:
+    bed = Broken(MACHINES / f"{name}.toml")  # whole counts: the stage stands between two
     bed.ask(m.Enable())
     bed.ask(m.Home())
     touch = bed.machine.guide.touch
-    while leaning(bed) <= 0.9 * touch.stand:
+    while math.isfinite(bed.machine.state.work.stop) != slowly or leaning(bed) <= 0.6 * touch.stand:
         bed.run(1)
     bed.ask(m.Stop())
     bed.run(1)

@@ -215,7 +215,9 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
         g = g._replace(leant=s.time)
     springs = q.rubs and s.time - g.leant < SPRING
     apart = g.aim.position != place
-    if springs or (not s.frame.trusted and apart and g.aim.velocity == 0.0 and math.isnan(g.inside)):
+    if springs or (
+        not s.frame.trusted and apart and g.aim.velocity == 0.0 and math.isnan(g.inside)
+    ):
         # What leaned on something is let go: it is held where it is.
         g = let_go(g, place)
     stood = s.time - max(g.stood_since, g.leant)
