@@ -125,8 +125,6 @@ def _calmed(q: Guide, g: Guided, place: float, now: float) -> Guided:
 
 def leans(q: Touch, work: Any) -> float:
     """The longest time that a stage of unknown position may stand and push."""
-    if isinstance(work, Braking):  # also of a search that ends while it leans on the stop
-        return q.stand + SPARE
     if not isinstance(work, Search):
         return q.reveal + SPARE
     away = q.seek is None and work.phase in (_touching.BACK, _touching.OUT)
