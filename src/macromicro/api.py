@@ -117,8 +117,8 @@ def run(
     if programme is not None or _is_machine(what):
         path, what = Path(os.fspath(cast("PathLike", what))), programme
     setup = setups.of(path, what, settings=settings, cycles=cycles, fan=fan)
-    on = setup.opened(setup.found(rig, seed), seed)
-    done = setup.record(on=on, seed=seed, cycles=cycles, warn=True)
+    on = setup.open(setup.source(rig, seed), seed)
+    done = setup.record(on=on, seed=seed, warn=True)
     if done.outcome.fault is not None:
         warnings.warn(f"the run was stopped: {done.outcome.fault.text}", stacklevel=2)
     return done.recording

@@ -118,7 +118,7 @@ class MachineJob(VariantJob):
         return self.setup(settings).trial(seed)
 
     def courses(self, settings: Any, seed: int) -> dict[str, Array]:
-        recording, _ = self.setup(settings).seen(seed, ("t", *self.traced))
+        recording, _ = self.setup(settings).simulate(seed, ("t", *self.traced))
         return {name: recording[name] for name in self.traced}
 
     def columns(self) -> tuple[Column, ...]:

@@ -57,7 +57,7 @@ def covariance(slopes: Array, clean: Sequence[Array], steps: Sequence[float]) ->
     draws = np.zeros((_DRAWS, slopes.shape[1]))
     for _ in range(_ROUNDS):
         found = []
-        # An error goes with a place of the zeros that it does not stem from.
+        # An error correlates with a place of the zeros that it does not stem from.
         for error, row in zip(random.permutation(draws), zeros, strict=True):
             curves = np.split(whole - slopes @ error, cuts)
             found.append(solve @ np.concatenate([

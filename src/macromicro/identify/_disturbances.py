@@ -54,7 +54,7 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     left = left - basis @ (basis.T @ left)
     tried = np.arange(round(_LEAST * _FINE), round(_MOST * _FINE))
     at = int(np.argmax(_powers(tried, (x - x.min()) / extent, left, basis)))
-    if at == 0:  # no period, but what goes with the place more slowly than any
+    if at == 0:  # no period, but what varies along the travel more slowly than any
         return None
     step = 2.0 * np.pi / _FINE / extent
     # The best of a period more or less is next to the best of some; a peak is two steps wide.

@@ -288,7 +288,7 @@ def generalised(task: Task, order: int) -> Solution:
         done = settled(task, theta, solution.theta, new)
         solution = new
         errors = per_record(task, target - first.psi @ theta)
-    # Past outputs hold past noise, so an error of D goes with that of A: slopes are of both.
+    # Past outputs hold past noise, so an error of D correlates with that of A: slopes are of both.
     psi = np.hstack([solution.psi, np.concatenate([_lags(e, order) for e in errors])])
     return solution._replace(psi=psi, iterations=count, converged=done, noise=np.asarray(d))
 

@@ -446,7 +446,7 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
         square = guides.T @ left / np.outer(*sizes)
         if near.min() < _LIKE or np.linalg.cond(square) > _POOR:
             # Friction that drops within a few samples is the first to be missed by a free run
-            # that goes with the record otherwise: its reversals are blurred alike.
+            # that otherwise correlates with the record: its reversals are blurred alike.
             others = near[[n != "stribeck" for n in names]]
             return _unblurred(rows, start, names) if others.min() >= _LIKE else start
         theta = np.linalg.solve(square, guides.T @ force / sizes[0]) / sizes[1]

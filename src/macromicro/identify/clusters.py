@@ -25,7 +25,7 @@ _AS_NORMAL = 0.1  # of a factor: less than that is alike
 _LEAST = 1e-6  # of what a cluster leaves unfitted
 _FLAT = 1e-12  # of the information on the best known combination
 _TOGETHER = 0.98  # correlation of errors
-_KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
+_KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it correlates with
 _BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
 _MIXED = 0.1  # of the largest weight in what nothing shows
 

@@ -51,10 +51,12 @@ class StageSetup(Setup):
         programme: Any = None,
         title: str = "",
         bench: Any = None,
+        cycles: int = 1,
     ) -> None:
         self.machine, self.settings, self.plan, self.bench = machine, settings, plan, bench
         self.name, self.default = machine.name, machine.settings
         self.programme, self.title = programme, title or getattr(programme, "title", "")
+        self.cycles = cycles
         self.period = composite.period(machine, settings)
         self.expected = performing.expected(machine, settings, plan)
         self.attributes = {"machine": machine.name}
@@ -77,7 +79,8 @@ class StageSetup(Setup):
         return self.machine, self.settings, self.plan
 
     def with_settings(self, settings: Any) -> StageSetup:
-        return StageSetup(self.machine, settings, self.plan, programme=self.programme)
+        how: Any = {"programme": self.programme, "title": self.title, "cycles": self.cycles}
+        return StageSetup(self.machine, settings, self.plan, **how)
 
     def as_toml(self) -> str:
         return as_toml(self.machine, self.settings)
@@ -108,10 +111,10 @@ class StageSetup(Setup):
         loop = period.period(stages)
         return self._compiles and interpreting.is_quicker(loop, periods, *given)
 
-    def found(self, rig: str, seed: int) -> tuple[Fixture, ...] | None:
+    def source(self, rig: str, seed: int) -> tuple[Fixture, ...] | None:
         return on_rig.found(rig, self.machine, self.settings, seed)
 
-    def opened(self, source: Sequence[Fixture] | None, seed: int) -> Rigs | None:
+    def open(self, source: Sequence[Fixture] | None, seed: int) -> Rigs | None:
         return None if source is None else on_rig.opened(source, seed)
 
     def intent(self, source: Sequence[Fixture] | None) -> list[str]:

@@ -68,7 +68,7 @@ def stages(machine: Any, settings: Any, programme: Any = None, *, cycles: int = 
         programme = programmes.chosen(machine, settings, str(os.fspath(programme)))
     moving = programmes.repeated(machine, programme, cycles)
     plan = programmes.plan(machine, settings, moving)
-    return StageSetup(machine, settings, plan, programme=moving)
+    return StageSetup(machine, settings, plan, programme=moving, cycles=cycles)
 
 
 def requested(request: Request) -> tuple[Setup, Any, str]:
@@ -82,5 +82,5 @@ def requested(request: Request) -> tuple[Setup, Any, str]:
     setup = of(request.config, programme, **how)
     named = request.programme or setup.usual or request.config or ""
     name = Path(request.rig.removeprefix(SCHEME) if own else named).stem
-    source = setup.found(request.rig, request.seed)
+    source = setup.source(request.rig, request.seed)
     return setup, source, f"{name}-replay" if replayed else name

@@ -30,7 +30,7 @@ _BROKEN = {
 
 def progress(job: Any) -> AbstractContextManager[Report]:
     """The bar of a run."""
-    return bar(job.setup.title, job.setup.expected, job.setup.told)
+    return bar(job.setup.title, job.setup.expected, job.setup.describe)
 
 
 @contextmanager

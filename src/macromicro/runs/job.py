@@ -88,16 +88,16 @@ def execute(job: Job, progress: Progress | None = None) -> Ended:
     """Run a job into its folder's recording and measure it."""
     request, setup, began = job.request, job.setup, time.perf_counter()
     folder.make(job.out)
-    attributes = setup.about(request.seed, request.cycles)
+    attributes = setup.about(request.seed)
     if job.source is not None:
         attributes["rig"] = request.rig
-    on, file = setup.opened(job.source, request.seed), job.out / folder.RECORDING
+    on, file = setup.open(job.source, request.seed), job.out / folder.RECORDING
     rows, dt = setup.columns(on), setup.period
     with folder.recorder(file, rows, setup.capacity, dt, attributes) as recorder:
         outcome = setup.perform(recorder, on=on, seed=request.seed, progress=progress)
         folder.conclude(recorder, outcome.finished, outcome.fault)
     wall = time.perf_counter() - began
-    recording = setup.shown(Recording.load(file))
+    recording = setup.padded(Recording.load(file))
     return Ended(
         job=job,
         recording=recording,

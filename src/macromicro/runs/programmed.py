@@ -51,7 +51,7 @@ Place = Fixture | Recording | None
 
 
 class TwoStageSetup(Setup):
-    """The two-stage machine with a programme; `cycles` are in it already."""
+    """The two-stage machine with a programme."""
 
     name, default, period, files = Settings().machine(), Settings(), PERIOD, folder.FILES
     metrics: tuple[Metric, ...] = programme_metrics.METRICS
@@ -70,13 +70,17 @@ class TwoStageSetup(Setup):
         self, settings: Settings, programme: Programme, *, fan: bool = False, cycles: int = 1
     ) -> None:
         self.settings, self.programme, self.fan = settings, programme, fan
-        self.title = programme.title
-        self.per_cycle = len(programme.target) // cycles  # moves
+        self.title, self.cycles = programme.title, cycles
         self.attributes = {"fan": int(fan)}
         self.expected = simulate.expected(settings, programme)
 
     def with_settings(self, settings: Settings) -> TwoStageSetup:
-        return TwoStageSetup(settings, self.programme, fan=self.fan)
+        return TwoStageSetup(settings, self.programme, fan=self.fan, cycles=self.cycles)
+
+    @property
+    def per_cycle(self) -> int:
+        """Moves of a cycle."""
+        return len(self.programme.target) // self.cycles
 
     def as_toml(self) -> str:
         return config.as_toml(self.settings)
@@ -143,7 +147,7 @@ class TwoStageSetup(Setup):
         periods, given = self.expected / self.period, simulate.given(rolled, 0)
         return rolled.control.compiles and interpreting.is_quicker(loop.rollout, periods, *given)
 
-    def found(self, rig: str, seed: int) -> Place:
+    def source(self, rig: str, seed: int) -> Place:
         if rig == TWIN:
             return None
         if rig.startswith(SCHEME):
@@ -178,7 +182,7 @@ class TwoStageSetup(Setup):
             return []
         return ["another Hall sensor: calibrating it on this bench first"]
 
-    def told(self, move: int) -> str:
+    def describe(self, move: int) -> str:
         """As "move 3 of 40: micro to 3 mm"; only the position within a profile."""
         programme = self.programme
         if not 0 <= move < len(programme.target):
@@ -192,7 +196,7 @@ class TwoStageSetup(Setup):
         number, last = (int(programme.numbers[i]) for i in (move, -1))
         return f"move {number} of {last}: {name} to {millimetres:g} mm"
 
-    def shown(self, recording: Recording) -> Recording:
+    def padded(self, recording: Recording) -> Recording:
         lacking = [c for c in COLUMNS if c.name not in recording and not c.name.startswith("true_")]
         if not lacking:
             return recording
@@ -220,7 +224,7 @@ class TwoStageSetup(Setup):
         return keeping.text(recording, self.settings)
 
     def rests(self, recording: Recording) -> list[Rest]:
-        done = moves_of(self.shown(recording), self.programme, self.settings)
+        done = moves_of(self.padded(recording), self.programme, self.settings)
         return arrivals.of_both(done, self.programme.numbers)
 
     def measured(self, recording: Recording, code: int) -> list[float]:
@@ -293,7 +297,7 @@ def record(
 ) -> Done:
     """A run in memory."""
     setup = TwoStageSetup(settings, programme.repeated(cycles), fan=fan, cycles=cycles)
-    return setup.record(on=on, seed=seed, cycles=cycles)
+    return setup.record(on=on, seed=seed)
 
 
 def on_twin(

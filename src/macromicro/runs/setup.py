@@ -54,6 +54,7 @@ class Setup:
     settings: Any
     programme: Any
     title: str  # of the programme
+    cycles: int = 1  # that the programme holds
     period: float  # of control, s
     expected: float  # usual duration of the programme, s
     attributes: dict[str, Attribute]  # of its recordings, beside those of all machines
@@ -111,12 +112,12 @@ class Setup:
         """Whether a run is over before the machine would be compiled, so that it does not wait."""
         raise NotImplementedError
 
-    def found(self, rig: str, seed: int) -> Any:
+    def source(self, rig: str, seed: int) -> Any:
         """What `--rig` names; None for the simulated machine."""
         raise NotImplementedError
 
-    def opened(self, source: Any, seed: int) -> Any:
-        """What a run is `on`, from what was found."""
+    def open(self, source: Any, seed: int) -> Any:
+        """What a run is `on`, from its source."""
         return source
 
     def intent(self, source: Any) -> list[str]:
@@ -127,11 +128,11 @@ class Setup:
         """Remarks before a run."""
         return []
 
-    def told(self, move: int) -> str:
+    def describe(self, move: int) -> str:
         """A move in words, while it runs."""
         return f"move {move + 1}"
 
-    def shown(self, recording: Recording) -> Recording:
+    def padded(self, recording: Recording) -> Recording:
         """A recording with NaN in channels that a rig lacks, which measures and figures skip."""
         return recording
 
@@ -166,7 +167,7 @@ class Setup:
         """How the moves of its run ended."""
         raise NotImplementedError
 
-    def record(self, *, on: Any = None, seed: int = 0, cycles: int = 1, warn: bool = False) -> Done:
+    def record(self, *, on: Any = None, seed: int = 0, warn: bool = False) -> Done:
         """The recording of a run in memory, with a warning of moves that did not arrive.
 
         If the guard stops the run, the recording ends there, its attribute `finished` is 0 and
@@ -174,7 +175,7 @@ class Setup:
         """
         blocks, columns = Blocks(), self.columns(on)
         outcome = self.perform(blocks, on=on, seed=seed)
-        attributes = self.about(seed, cycles) | ended(outcome.finished, outcome.fault)
+        attributes = self.about(seed) | ended(outcome.finished, outcome.fault)
         if isinstance(on, Fixture):
             attributes["rig"] = on.name
         rows = blocks.all(columns)
@@ -183,8 +184,8 @@ class Setup:
             arrivals.warn(self.rests(made), self.remedy, self.place, stacklevel=4)
         return Done(made, outcome)
 
-    def seen(self, seed: int, names: Sequence[str] | None = None) -> tuple[Recording, Outcome]:
-        """A run with some of its columns and without attributes."""
+    def simulate(self, seed: int, names: Sequence[str] | None = None) -> tuple[Recording, Outcome]:
+        """A simulated run with some of its columns and without attributes."""
         columns = self.columns()
         rows = [k for k, c in enumerate(columns) if names is None or c.name in names]
         kept, blocks = [columns[k] for k in rows], Blocks(None if names is None else rows)
@@ -193,16 +194,16 @@ class Setup:
 
     def trial(self, seed: int) -> Sequence[float]:
         """The `metrics` of a run."""
-        recording, outcome = self.seen(seed, self.judged)
+        recording, outcome = self.simulate(seed, self.judged)
         return self.measured(recording, outcome.watch.fault)
 
-    def about(self, seed: int, cycles: int) -> dict[str, Attribute]:
+    def about(self, seed: int) -> dict[str, Attribute]:
         """Attributes of a recording."""
         return {
             "version": macromicro.__version__,
             "programme": self.title,
             "seed": seed,
-            "cycles": cycles,
+            "cycles": self.cycles,
             **self.attributes,
             "overrides": json.dumps(overridden(self.settings, self.default)),
             "settings": self.as_toml(),

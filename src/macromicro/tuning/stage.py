@@ -132,7 +132,7 @@ class Planned(Subject):
         return dict(zip((metric.name for metric in self.metrics), values, strict=True))
 
     def recorded(self, settings: Any, seed: int) -> Recording:
-        return self.setup.with_settings(settings).seen(seed)[0]
+        return self.setup.with_settings(settings).simulate(seed)[0]
 
     @property
     def uncertain(self) -> tuple[Uncertain, ...]:
