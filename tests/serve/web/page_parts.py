@@ -79,6 +79,11 @@ class Page(Window):
         self.run("arguments[0].scrollIntoView({block: 'center'})", element)
         element.click()
 
+    def unfold(self, selector: str) -> None:
+        """Open a folding part; whoever missed it, as the page moved just then, presses again."""
+        folding = f"return document.querySelector('{selector} summary').parentElement.open"
+        until(lambda: self.run(folding) or self.click(f"{selector} summary"))
+
     def keys(self, *keys: str) -> None:
         self.driver.switch_to.active_element.send_keys(*keys)
 

@@ -275,7 +275,7 @@ def test_by_keyboard_alone(ready: Page) -> None:
 
 def test_gains_are_shown_as_changes_before_they_apply(ready: Page) -> None:
     wait = next(e for e in ready.run(GAINS) if e[0] == "sequence.wait")
-    ready.click("#gains summary")
+    ready.unfold("#gains")
     field = ready.find("input[aria-label='sequence.wait']")
     for bad in ("-1", "x"):
         field.clear()

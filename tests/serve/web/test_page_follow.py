@@ -59,7 +59,7 @@ def test_the_stage_follows_a_drag_on_the_scales_and_stays_there(screw: Page) -> 
 def test_a_move_is_captured_and_its_curves_are_drawn_and_saved(screw: Page) -> None:
     page, station = screw, screw.station
     homed(page)
-    page.click("#capture summary")
+    page.unfold("#capture")
     for field, text in (("#capture-before", "0.05"), ("#capture-after", "x")):
         page.find(field).clear()
         page.find(field).send_keys(text)
