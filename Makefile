@@ -149,7 +149,6 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_examples.py
 	$(BIN)/python docs/make_architecture.py
 	$(BIN)/python docs/make_figures.py
-	$(BIN)/python docs/make_wiring.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
 

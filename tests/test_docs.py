@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import sys
+from collections import Counter
 from pathlib import Path
 from types import ModuleType
 
@@ -13,6 +15,7 @@ from macromicro import programme
 from macromicro.machines import guard_words
 from macromicro.recorded import COLUMNS
 from macromicro.rig import faults
+from macromicro.rig.board import protocol
 from macromicro.rig.limits import Limits
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
@@ -26,7 +29,11 @@ def loaded(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    sys.path.insert(0, str(DOCS))  # makers share a module
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.remove(str(DOCS))
     return module
 
 
@@ -83,10 +90,23 @@ def test_settings_page_is_up_to_date() -> None:
 
 
 def test_examples_page_is_up_to_date() -> None:
-    """Twenty commands, whose pictures are there."""
+    """Twenty examples, whose pictures are there, and the machine files of today."""
     maker = loaded("make_examples")
-    assert (DOCS / "examples.md").read_text(encoding="utf-8") == maker.render()
-    assert len(maker.EXAMPLES) == len(list(maker.PICTURES.iterdir())) == 20
+    page = (DOCS / "examples.md").read_text(encoding="utf-8")
+    assert maker.machines() in page
+    examples = maker.EXAMPLE.findall(page)
+    assert len(examples) == 20 and all(map(maker.COMMAND.findall, examples))
+    shown = {name for each in examples for name in maker.PICTURE.findall(each)}
+    assert shown == {p.relative_to(maker.PICTURES).as_posix() for p in maker.PICTURES.rglob("*.png")}
+
+
+def test_the_wiring_diagram_shows_every_pin() -> None:
+    """Once, and as many resistors to ground as there are pins that need one."""
+    svg = (DOCS / "figures" / "wiring.svg").read_text(encoding="utf-8")
+    labels = Counter(re.findall(r"<text[^>]*>([^<]*)</text>", svg))
+    pins = [pin for pin in protocol.table("pins").values() if isinstance(pin, dict)]
+    assert len(pins) > 10 and all(labels[pin["pin"]] == 1 for pin in pins)
+    assert labels["R"] == sum("10 kohm to ground" in pin["to"] for pin in pins)
 
 
 def test_running_page_s_examples_load(tmp_path: Path) -> None:
