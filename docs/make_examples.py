@@ -55,9 +55,9 @@ def main() -> None:
             assert all(picture.is_file() for picture in run(examples[0], folder).values())
             return
         for example in examples:
-            for name, picture in run(example, folder).items():
-                (PICTURES / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(picture, PICTURES / name)
+            for shown, picture in run(example, folder).items():
+                (PICTURES / shown).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(picture, PICTURES / shown)
     measured_page.put(PAGE, "machine files", machines())
 
 

@@ -97,7 +97,9 @@ def test_examples_page_is_up_to_date() -> None:
     examples = maker.EXAMPLE.findall(page)
     assert len(examples) == 20 and all(map(maker.COMMAND.findall, examples))
     shown = {name for each in examples for name in maker.PICTURE.findall(each)}
-    assert shown == {p.relative_to(maker.PICTURES).as_posix() for p in maker.PICTURES.rglob("*.png")}
+    assert shown == {
+        p.relative_to(maker.PICTURES).as_posix() for p in maker.PICTURES.rglob("*.png")
+    }
 
 
 def test_the_wiring_diagram_shows_every_pin() -> None:
