@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-import sys
 from collections import Counter
 from pathlib import Path
-from types import ModuleType
 
-import pytest
+import make_bench
+import make_examples
+import make_figures
+import make_settings
+import measured_page
 
 from macromicro import programme
 from macromicro.machines import guard_words
@@ -24,37 +25,21 @@ DOCS = Path(__file__).parents[1] / "docs"
 VALIDATION = DOCS / "validation"
 
 
-def loaded(name: str) -> ModuleType:
-    """A maker of docs/ as a module."""
-    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.path.insert(0, str(DOCS))  # makers share a module
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        sys.path.remove(str(DOCS))
-    return module
-
-
-@pytest.fixture(scope="module")
-def maker() -> ModuleType:
-    """docs/make_bench.py as a module."""
-    return loaded("make_bench")
-
-
-def test_bench_page_is_up_to_date(maker: ModuleType) -> None:
+def test_bench_page_is_up_to_date() -> None:
     """Text and every default are as the code has them; `make docs` brings it up to date."""
     page = (VALIDATION / "bench.md").read_text(encoding="utf-8")
-    assert page == maker.render(maker.blocks(VALIDATION / "bench.md"))
+    assert page == make_bench.render(measured_page.blocks(VALIDATION / "bench.md"))
 
 
 def test_the_figures_can_be_drawn_anew() -> None:
     """docs/make_figures.py has what it imports, and its pictures are there."""
-    module = loaded("make_figures")
-    assert module.PICTURE.is_file() and module.PROFILE.is_file() and module.PATH.is_file()
-    assert len(module.draw_profile().axes) == 4
-    assert len(module.draw_path().axes) == 1
+    assert (
+        make_figures.PICTURE.is_file()
+        and make_figures.PROFILE.is_file()
+        and make_figures.PATH.is_file()
+    )
+    assert len(make_figures.draw_profile().axes) == 4
+    assert len(make_figures.draw_path().axes) == 1
 
 
 def test_running_page_names_every_column() -> None:
@@ -80,9 +65,8 @@ def test_troubleshooting_names_every_fault() -> None:
 
 def test_settings_page_is_up_to_date() -> None:
     """As docs/make_settings.py writes it, with limits of the guard and parameters of the bench."""
-    maker = loaded("make_settings")
     text = (DOCS / "settings.md").read_text(encoding="utf-8")
-    assert text == maker.render()
+    assert text == make_settings.render()
     of_bench = [e for e in entries(Settings()) if e.path.startswith(("bench.", "sensors."))]
     assert len(of_bench) > 60
     for name in (*Limits._fields, *(e.path.rpartition(".")[2] for e in of_bench)):
@@ -91,14 +75,14 @@ def test_settings_page_is_up_to_date() -> None:
 
 def test_examples_page_is_up_to_date() -> None:
     """Twenty examples, whose pictures are there, and the machine files of today."""
-    maker = loaded("make_examples")
     page = (DOCS / "examples.md").read_text(encoding="utf-8")
-    assert maker.machines() in page
-    examples = maker.EXAMPLE.findall(page)
-    assert len(examples) == 20 and all(map(maker.COMMAND.findall, examples))
-    shown = {name for each in examples for name in maker.PICTURE.findall(each)}
+    assert make_examples.machines() in page
+    examples = make_examples.EXAMPLE.findall(page)
+    assert len(examples) == 20 and all(map(make_examples.COMMAND.findall, examples))
+    shown = {name for each in examples for name in make_examples.PICTURE.findall(each)}
     assert shown == {
-        p.relative_to(maker.PICTURES).as_posix() for p in maker.PICTURES.rglob("*.png")
+        p.relative_to(make_examples.PICTURES).as_posix()
+        for p in make_examples.PICTURES.rglob("*.png")
     }
 
 
