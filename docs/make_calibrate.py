@@ -125,6 +125,16 @@ def _growth(bench: Any) -> float:
     return climate.expansion * climate.rise if climate is not None else math.nan
 
 
+def performed(
+    machine: Any, settings: Any, plan: Any, seed: int, bench: Any
+) -> dict[str, np.ndarray]:
+    """The columns of a run."""
+    blocks = Blocks()
+    performing.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
+    names = [column.name for column in performing.columns(machine)]
+    return dict(zip(names, np.concatenate(blocks.blocks, axis=1), strict=True))
+
+
 def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     """Greatest true distance from the example circle, before and after."""
     judged = {}
@@ -132,21 +142,17 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     for name, tree in (("before", settings), ("after", found.settings)):
         made, own = composite.under(machine, tree), tree
         plan = programmes.plan(made, own, programmes.chosen(made, own))
-        blocks = Blocks()
-        performing.perform(made, own, plan, blocks, seed=seed, bench=bench)
-        columns = [column.name for column in performing.columns(made)]
-        rows = np.concatenate(blocks.blocks, axis=1)
-        move, phase = rows[columns.index("move")], rows[columns.index("phase")]
+        run = performed(made, own, plan, seed, bench)
         legs = [k for k, leg in enumerate(plan.legs) if any(p.curvature for p in leg.pieces)]
-        on_arc = np.isin(move, legs) & (phase == 1)
-        x, y = rows[columns.index("true_x")], rows[columns.index("true_y")]
+        on_arc = np.isin(run["move"], legs) & (run["phase"] == 1)
         worst = 0.0
         for leg in legs:
             arc = next(p for p in plan.legs[leg].pieces if p.curvature)
-            own_rows = on_arc & (move == leg)
+            rows = on_arc & (run["move"] == leg)
+            x, y = run["true_x"][rows] / 1e3, run["true_y"][rows] / 1e3
             radius = 1.0 / arc.curvature  # to the left of the way
             middle = arc.x - radius * arc.uy, arc.y + radius * arc.ux
-            away = np.hypot(x[own_rows] / 1e3 - middle[0], y[own_rows] / 1e3 - middle[1])
+            away = np.hypot(x - middle[0], y - middle[1])
             worst = max(worst, float(np.max(np.abs(away - 1.0 / abs(arc.curvature)))))
         judged[name] = worst
     return judged | {"half": math.nan, "inside": at_rest(found, bench, seed)["inside"]}
@@ -186,13 +192,10 @@ def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
         visits = targets.Visits(np.ones(3), np.ones(3), ends)
         machine, settings = measuring.ready(found.request.machine, found.settings)
         plan = targets.planned(machine, settings, visits)
-        blocks = Blocks()
-        performing.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
-        columns = [column.name for column in performing.columns(machine)]
-        rows = np.concatenate(blocks.blocks, axis=1)
-        own = rows[:, rows[columns.index("move")] == 2]
-        off = np.abs(own[columns.index("true_position")] / 1e3 - ends[2, 0]) > 5e-6
-        t = own[columns.index("t")]
+        run = performed(machine, settings, plan, seed, bench)
+        last = run["move"] == 2
+        off = np.abs(run["true_position"][last] / 1e3 - ends[2, 0]) > 5e-6
+        t = run["t"][last]
         times[name] = float(t[np.flatnonzero(off)[-1]] - t[0])
     return times | {"half": math.nan, "inside": math.nan}
 
