@@ -149,7 +149,6 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_examples.py
 	$(BIN)/python docs/make_architecture.py
 	$(BIN)/python docs/make_figures.py
-	$(BIN)/python docs/make_wiring.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
 
@@ -166,7 +165,10 @@ notebooks: $(VENV)/.core ## execute the notebooks anew, from their scripts
 
 site: $(VENV)/.core ## build the documentation as a site that works without a network; in build/site
 	@$(INSTALL) -e ".[docs]"
-	PYTHONPATH=tools $(BIN)/python -m website --out build/site
+	$(BIN)/python docs/make_twin.py
+	rm -rf build/site
+	PYTHONPATH=tools $(BIN)/python -m sphinx -q -W --keep-going -j 2 -b html -c tools/website -d build/site-trees . build/site
+	@echo build/site/index.html
 
 clean: ## delete the virtual environment and all caches; results stay
 	@if [ -e "$(VENV)/.made" ]; then rm -rf "$(VENV)"; fi

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import Line, few, some
+from figures import Line, some, times
 
 COUNTS = (100, 1000, 10_000)
 PATHS = ("controller.pd_tuned.now", "controller.pd_tuned.before")
@@ -43,12 +43,8 @@ def per_variant(counts: tuple[int, ...] = COUNTS) -> list[tuple[int, float]]:
     found = []
     for n in counts:
         work(100)
-        times = []
-        for _ in range(few(max(1, 1000 // n))):
-            start = time.perf_counter()
-            work(n)
-            times.append(time.perf_counter() - start)
-        found.append((n, 1e6 * min(times) / n))
+        least = min(times(partial(work, n), max(1, 1000 // n)))
+        found.append((n, 1e6 * least / n))
     return found
 
 
@@ -67,7 +63,7 @@ def peak_memory(n: int) -> float:
 
 def lines() -> list[Line]:
     counts = tuple(some(n) for n in COUNTS)
-    times = [
+    costs = [
         Line(f"one of {n} variants of 2 s, all cores", "constant", cost, "us", "")
         for n, cost in per_variant(counts)
     ]
@@ -75,4 +71,4 @@ def lines() -> list[Line]:
         Line(f"peak memory, {n} variants", "bounded", peak_memory(n), "MB", "whole process")
         for n in (counts[0], counts[-1])
     ]
-    return [*times, *memory]
+    return [*costs, *memory]

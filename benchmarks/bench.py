@@ -12,76 +12,28 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import Line, Scale, met, table, timed
+from figures import Scale, met, table
 
 import macromicro
 
 RESULTS = Path(__file__).resolve().parents[1] / "results" / "bench.json"
 
 
-def single() -> list[Line]:
-    """One run."""
-    import single
-
-    return [*single.bench(), *single.common_job(), *single.cold()]
-
-
-def many() -> list[Line]:
-    """Thousands of variants."""
-    import batch
-
-    return batch.lines()
-
-
-def sweeping() -> list[Line]:
-    """One local worker and two."""
-    import sweeping
-
-    return sweeping.lines()
-
-
-def tuning() -> list[Line]:
-    """Whole searches."""
-    import tuning
-
-    return list(tuning.lines(timed, Line))
-
-
-def tools() -> list[Line]:
-    """Hysteresis and identification."""
-    import tools
-
-    return list(tools.lines(timed, Line))
-
-
-def live() -> list[Line]:
-    """The live loop."""
-    import live
-
-    return list(live.lines(Line))
-
-
-def laws() -> list[Line]:
-    """Laws of the macro-stage."""
-    import laws
-
-    return list(laws.lines(timed, Line))
-
-
-def exported() -> list[Line]:
-    """Cycles of the exported laws on a microcontroller."""
-    import cycles
-
-    return list(cycles.lines(Line))
-
-
-GROUPS: dict[str, Callable[[], list[Line]]] = {
-    f.__name__: f for f in (single, many, sweeping, tuning, tools, live, laws, exported)
+# Groups, and the files that measure them.
+GROUPS = {
+    "single": "single",  # one run
+    "many": "batch",  # thousands of variants
+    "sweeping": "sweeping",  # one local worker and two
+    "tuning": "tuning",  # whole searches
+    "tools": "tools",  # hysteresis and identification
+    "live": "live",  # the live loop
+    "laws": "laws",  # laws of both stages
+    "exported": "cycles",  # cycles of the exported laws on a microcontroller
 }
 
 
@@ -105,7 +57,7 @@ def main(wanted: list[str]) -> int:
     load = os.getloadavg()[0]
     if load > 0.5 and not Scale.quick:
         print(f"load {load:.1f}: other programmes are at work, times and ratios will wander")
-    found = {name: GROUPS[name]() for name in wanted or GROUPS}
+    found = {name: import_module(GROUPS[name]).lines() for name in wanted or GROUPS}
     print(table([line for lines in found.values() for line in lines]))
     if Scale.quick:
         return int(any(line.measured is None for lines in found.values() for line in lines))

@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-from figures import few
+from figures import Line, few
 
 from macromicro import api
 from macromicro.arrays import Array
@@ -30,118 +30,28 @@ from macromicro.machines.tree import gains
 from macromicro.settings import Settings
 
 HERE = Path(__file__).resolve().parent
+AVR = HERE / "avr"
 MCUS = ("atmega328p", "atmega1284p")
 CLOCK = 16e6  # Hz
 PERIODS = 500
 MACRO, MICRO = 1, 3  # phases in which either stage's law drives
-BASE = "base"
-# avr-libc has no erff; this is Abramowitz and Stegun's 7.1.26, good to 1.5e-7.
-ERROR = """
-#include <math.h>
-float erff(float x)
-{
-    const float a = fabsf(x), t = 1.0f / (1.0f + 0.3275911f * a);
-    const float s = ((((1.061405429f * t - 1.453152027f) * t + 1.421413741f) * t - 0.284496736f)
-                     * t + 0.254829592f) * t;
-    return copysignf(1.0f - s * expf(-a * a), x);
-}
-"""
 
 
 class Law(NamedTuple):
-    """A law of `macromicro export`, and how its C is called (units: counts, or nm of a run)."""
+    """A law of `macromicro export`, and the stage whose readings it steps over (counts, or nm)."""
 
     law: str
     stage: int
-    start: str
-    step: str
 
 
-_FULL = """const StageLawTarget target = {(a), 0.0f, 0.0f}; \\
-    const StageLawSample sample = {(t), (x)}; \\
-    """
-LAWS = {
-    "pd_tuned": Law(
-        "pd-tuned",
-        MACRO,
-        "PdMemory state = two_stage_pd_tuned_start(0.0f); (void)(x)",
-        "const TwoStagePdTunedStepOut out = two_stage_pd_tuned_step(&two_stage_pd_tuned_gains, "
-        "&state, (a) - (x), 0.001f); state = out.memory; effort = out.effort;",
-    ),
-    "micro": Law(
-        "pi-antiwindup",
-        MICRO,
-        "float state = 0.0f; (void)(x)",
-        "const TwoStageMicroStepOut out = two_stage_micro_step(&two_stage_micro_gains, "
-        "state, (a) - (x), 0.001f); state = out.integral; effort = out.effort;",
-    ),
-    "pid-heat": Law(
-        "pid-heat",
-        MICRO,
-        "const StageLawSample begun = {0.0f, (x)}; "
-        "PidHeatMemory state = two_stage_pid_heat_start(&two_stage_pid_heat_gains, &begun)",
-        _FULL + "const TwoStagePidHeatStepOut out = two_stage_pid_heat_step("
-        "&two_stage_pid_heat_gains, &state, &target, &sample, 0.001f); "
-        "state = out.memory; effort = out.effort;",
-    ),
-    "terminal": Law(
-        "terminal",
-        MACRO,
-        "const StageLawSample begun = {0.0f, (x)}; "
-        "LawMemory state = two_stage_terminal_start(&two_stage_terminal_gains, &begun)",
-        _FULL + "const TwoStageTerminalStepOut out = two_stage_terminal_step("
-        "&two_stage_terminal_gains, &state, &target, &sample, 0.001f); "
-        "state = out.memory; effort = out.effort;",
-    ),
-    "inverse": Law(
-        "inverse",
-        MICRO,
-        "static LawStateStore store; LawState state; "
-        "two_stage_inverse_begin(&state, &store); (void)(x)",
-        _FULL + "const TwoStageInverseStepOut out = two_stage_inverse_step("
-        "&two_stage_inverse_gains, &state, &target, &sample, 0.001f); "
-        "state = out.state; effort = out.effort;",
-    ),
+LAWS = {  # how the C of each is called is in avr/
+    "pd_tuned": Law("pd-tuned", MACRO),
+    "micro": Law("pi-antiwindup", MICRO),
+    "pid-heat": Law("pid-heat", MICRO),
+    "terminal": Law("terminal", MACRO),
+    "inverse": Law("inverse", MICRO),
 }
-
-
-# The law of a calibrated axis goes on in readings; each unit is a translation unit of its own.
 CORRECTED = "axis.law, corrected"
-_SHIM = """
-#include <math.h>
-#include "axis_correction.h"
-static CorrectionFlank flank;
-static StageLawTarget wanted, target;
-void begin(void) { axis_correction_begin(&flank); }
-float reading_at(float place, float t)
-{
-    wanted = (StageLawTarget){place, 0.0f, 0.0f, INFINITY};
-    const float alone[] = {place}, still[] = {0.0f};
-    const AxisCorrectionAimedOut out = axis_correction_aimed(
-        &axis_correction_tables, &flank, &wanted, alone, still, 20.0f, t);
-    flank = out.flank;
-    target = out.target;
-    return target.position;
-}
-float push_at(float reading, float t)
-{
-    return axis_correction_effort(
-        &axis_correction_tables, &flank, &wanted, &target, reading, t);
-}
-"""
-_CALLS = """
-#include "axis_law.h"
-#define EFFORTS
-void begin(void);
-float reading_at(float place, float t), push_at(float reading, float t);
-#define START(x) begin(); const StageLawSample begun = {0.0f, (x)}; \\
-    CascadeMemory state = axis_law_start(&axis_law_gains, &begun)
-#define STEP(a, x, t) do { \\
-    const StageLawTarget wanted = {reading_at((a), (t)), 0.0f, 0.0f, INFINITY}; \\
-    const StageLawSample sample = {(t), (x)}; \\
-    const AxisLawStepOut out = axis_law_step(&axis_law_gains, &state, &wanted, &sample, 0.001f); \\
-    state = out.memory; effort = out.effort + push_at((x), (t)); } while (0)
-"""
 
 
 class Found(NamedTuple):
@@ -195,13 +105,13 @@ def _size(elf: Path) -> tuple[int, int]:
 
 
 def _built(folder: Path, mcu: str, sources: list[Path], calls: str) -> Path | None:
-    """The program; None if it does not fit."""
-    calls_file, elf = folder / "replay.h", folder / f"{mcu}.elf"
-    calls_file.write_text(calls, encoding="utf-8")
+    """The programme with the calls of a header of avr/; None if it does not fit."""
+    elf = folder / f"{calls}-{mcu}.elf"
     command = [
         *("avr-gcc", f"-mmcu={mcu}", "-std=gnu99", "-O2", "-ffp-contract=off"),
-        *("-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I", str(folder)),
-        *(str(HERE / "cycles.c"), *map(str, sources), "-o", str(elf), "-lm"),
+        *("-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"),
+        *("-I", str(folder), "-I", str(AVR), f'-DCALLS="{calls}.h"'),
+        *(str(AVR / "cycles.c"), *map(str, sources), "-o", str(elf), "-lm"),
     ]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     if done.returncode == 0:
@@ -213,31 +123,23 @@ def _built(folder: Path, mcu: str, sources: list[Path], calls: str) -> Path | No
 
 def measure(name: str) -> Found:
     """One law of `LAWS`, in the smallest of `MCUS` that has room for it."""
-    law = LAWS[name]
     with TemporaryDirectory() as made:
-        folder = Path(made)
-        api_name = f"two_stage.{name}"
-        _command("export", "c", api_name, "--float", "--out", made)
-        unit = f"two_stage_{name.replace('-', '_')}"
-        (folder / "error.c").write_text(ERROR, encoding="utf-8")
-        sources = [folder / f"{unit}.c", folder / "error.c"]
-        replay = _replay(*readings(law))
-        whole = f'#include "{unit}.h"\n{replay}#define START(x) {law.start}\n'
-        whole += f"#define STEP(a, x, t) do {{ {law.step} }} while (0)\n"
-        return _smallest(name, folder, sources, whole, replay)[0]
+        folder, calls = Path(made), name.replace("-", "_")
+        _command("export", "c", f"two_stage.{name}", "--float", "--out", made)
+        sources = [folder / f"two_stage_{calls}.c", AVR / "erff.c"]
+        return _smallest(folder, sources, calls, _replay(*readings(LAWS[name])))[0]
 
 
 def _smallest(
-    name: str, folder: Path, sources: list[Path], whole: str, replay: str
+    folder: Path, sources: list[Path], calls: str, replay: str
 ) -> tuple[Found, list[str]]:
     """Figures of the smallest of `MCUS` that has room for a programme, and what it told."""
-    empty = f"{replay}#define START(x) (void)(x)\n"
-    empty += "#define STEP(a, x, t) effort = (a) - (x) + (t)\n"
+    (folder / "replay.h").write_text(replay, encoding="utf-8")
     for mcu in MCUS:
-        bare = _built(folder, mcu, [], empty)
+        bare = _built(folder, mcu, [], "nothing")
         assert bare is not None
         base, (none, _, own), _ = _size(bare), *_ran(bare, mcu)
-        elf = _built(folder, mcu, sources, whole)
+        elf = _built(folder, mcu, sources, calls)
         if elf is None:
             continue
         size = _size(elf)
@@ -246,7 +148,7 @@ def _smallest(
         if size[1] + stack <= (2048 if mcu == MCUS[0] else 16384) - 16:
             ram = size[1] - base[1]
             return Found(mcu, mean - none, most - none, size[0] - base[0], ram, stack - own), told
-    raise RuntimeError(f"{name} fits none of {', '.join(MCUS)}")
+    raise RuntimeError(f"{calls} fits none of {', '.join(MCUS)}")
 
 
 class Replay(NamedTuple):
@@ -271,10 +173,8 @@ def corrected() -> Replay:
         one, tree = machine.load(settings)
         run = api.run(settings)
         aims, places = (1e6 * run[name][:PERIODS] for name in ("target", "reading"))  # nm
-        (folder / "shim.c").write_text(_SHIM, encoding="utf-8")
-        sources = [folder / name for name in ("axis_law.c", "axis_correction.c", "shim.c")]
-        replay = _replay(aims, places, 1e-9)
-        found, told = _smallest(CORRECTED, folder, sources, _CALLS + replay, replay)
+        sources = [folder / "axis_law.c", folder / "axis_correction.c", AVR / "correction.c"]
+        found, told = _smallest(folder, sources, "corrected", _replay(aims, places, 1e-9))
     expected = _expected(one, tree, np.rint(aims) * 1e-9, np.rint(places) * 1e-9)
     return Replay(found, np.array(told, float) * 1e-6, expected)
 
@@ -313,17 +213,17 @@ def _ran(elf: Path, mcu: str) -> tuple[tuple[int, int, int], list[str]]:
     return (int(told[1]), int(told[2]), int(told[3])), efforts
 
 
-def lines(line: Any) -> list[Any]:
+def lines() -> list[Line]:
     """One for each law, as the benchmark's table has them."""
     lack = missing()
     if lack:
-        return [line("cycles on an AVR", "", None, "cycles", f"not measured, {lack}")]
+        return [Line("cycles on an AVR", "", None, "cycles", f"not measured, {lack}")]
     found = []
     for name in [*LAWS, CORRECTED][: few(len(LAWS) + 1)]:
         one = corrected().found if name == CORRECTED else measure(name)
         note = f"at most {one.most} ({1e3 * one.most / CLOCK:.2f} ms at 16 MHz), {one.flash} B "
         note += f"flash, {one.ram} B RAM and {one.stack} B stack, {one.mcu}"
-        found.append(line(f"export {name}, float", "", float(one.mean), "cycles", note))
+        found.append(Line(f"export {name}, float", "", float(one.mean), "cycles", note))
     return found
 
 

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import re
+import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from statistics import median
 from typing import NamedTuple
+
+# Those of the peers find each other in their folder.
+sys.path.append(str(Path(__file__).resolve().parent / "peers"))
 
 
 class Scale:
@@ -52,15 +57,20 @@ def met(line: Line) -> bool | None:
     return all(found) if found else None
 
 
-def timed(run: Callable[[], object], repeats: int) -> float:
-    """Median wall time [s] of `run` after one run that is not counted."""
-    run()
-    times = []
+def times(run: Callable[[], object], repeats: int) -> list[float]:
+    """Wall times [s] of `run`."""
+    found = []
     for _ in range(few(repeats)):
         start = time.perf_counter()
         run()
-        times.append(time.perf_counter() - start)
-    return median(times)
+        found.append(time.perf_counter() - start)
+    return found
+
+
+def timed(run: Callable[[], object], repeats: int) -> float:
+    """Median wall time [s] of `run` after one run that is not counted."""
+    run()
+    return median(times(run, repeats))
 
 
 def table(lines: Sequence[Line]) -> str:

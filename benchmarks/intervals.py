@@ -77,6 +77,8 @@ ELASTIC_SIZE = (0.1, 1e-7)  # white force, sensor
 HEATED = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
 HEATED_OFF = 0.3  # by which rates and shares are off at most, before the shares come to 1 again
 HEATED_DT, HEATED_SAMPLES = 0.1, 4000
+# Errors of the thermometer, and draughts: over how many s, and so many samples ahead of the record.
+CORRELATED = {"coloured force": (2.0, 2000), "slow force": (60.0, 9000)}
 # The thesis' macro-stage, (4.3), and the same with a second pole; 1 V is worth 165.72 counts/s.
 LINEAR = {
     1: (np.array([-0.95833]), np.array([165.72])),
@@ -305,27 +307,18 @@ def heated(kind: str, seed: int) -> Estimates:
         for rate, share in zip(modes[:3], modes[3:], strict=True):
             keep = math.exp(-rate * HEATED_DT)
             rise = rise + 60.0 * share * lfilter([0.0, 1.0 - keep], [1.0, -keep], noise)
-    elif kind == "coloured force":  # of the thermometer, over 2 s
-        keep = math.exp(-HEATED_DT / 2.0)
-        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 2000))[2000:]
-        rise = rise + 0.2 * math.sqrt(1.0 - keep**2) * walk
-    elif kind == "slow force":  # a draught, over 60 s
-        keep = math.exp(-HEATED_DT / 60.0)
-        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 9000))[9000:]
+    elif kind in CORRELATED:
+        time, before = CORRELATED[kind]
+        keep = math.exp(-HEATED_DT / time)
+        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + before))[before:]
         rise = rise + 0.2 * math.sqrt(1.0 - keep**2) * walk
     else:
         rise = measured(kind, random, rise, 0.125)
     y = np.asarray(rise, np.float64)
     fit = heating(StepRecord(np.asarray(t, np.float64), y, y, np.zeros(n)), 60.0)
     names = tuple(f"{what} {k}" for what in ("rate", "share") for k in (1, 2, 3))
-    yield (
-        "thermal, heating",
-        names,
-        modes,
-        np.array(fit.modes),
-        np.array(fit.std),
-        fit.factors,
-    )
+    values, std = np.array(fit.modes), np.array(fit.std)
+    yield "thermal, heating", names, modes, values, std, fit.factors
 
 
 GROUPS: dict[str, Callable[[str, int], Estimates]] = {

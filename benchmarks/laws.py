@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from figures import Line, timed
 
 from macromicro import api
 from macromicro.arrays import Array
@@ -75,14 +76,14 @@ def replay(name: str, fine: bool) -> tuple[Callable[[], float], int]:
     return once, len(aims)
 
 
-def lines(timed: Callable[[Callable[[], object], int], float], line: Any) -> list[Any]:
-    """One for each law, and for each pair both together; `timed`, `line`: those of `figures`."""
+def lines() -> list[Line]:
+    """One for each law, and for each pair both together."""
     spent = {}
     for name in (*MACRO, *MICRO):
         step, periods = replay(name, fine=name in MICRO)
         spent[name] = 1e6 * timed(step, REPEATS) / periods
-    found = [line(f"law {name}", "", us, "us a period") for name, us in spent.items()]
+    found = [Line(f"law {name}", "", us, "us a period") for name, us in spent.items()]
     for pair in PAIRS:
         both = sum(spent[name] for name in pair)
-        found.append(line(f"laws {' and '.join(pair)}", f"at most {MOST:g}", both, "us a period"))
+        found.append(Line(f"laws {' and '.join(pair)}", f"at most {MOST:g}", both, "us a period"))
     return found

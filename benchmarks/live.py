@@ -5,11 +5,10 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable
 from statistics import median
 from typing import Any, NamedTuple
 
-from figures import some
+from figures import Line, some
 
 from macromicro.control import calibration
 from macromicro.control.live.messages import MODES, Enable, Home, MoveTo, Refused
@@ -94,7 +93,7 @@ class Moving:
         return found
 
 
-def lines(line: Callable[..., Any]) -> list[Any]:
+def lines() -> list[Line]:
     """The figures as lines of the benchmark's table: medians."""
     moving = Moving()
     moving.turn(some(HOT))
@@ -107,6 +106,6 @@ def lines(line: Callable[..., Any]) -> list[Any]:
     }
     remark = ", ".join(f"{mode} {us:.1f}" for mode, us in by_mode.items())
     return [
-        line("period of the live loop, moving", "at most 20", whole, "us", remark),
-        line("its tick alone", "", tick, "us"),
+        Line("period of the live loop, moving", "at most 20", whole, "us", remark),
+        Line("its tick alone", "", tick, "us"),
     ]

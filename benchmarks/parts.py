@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
-from statistics import median
 from typing import Any
 
+import figures
 import numpy as np
-from figures import few
 
 from macromicro import hysteresis, loop, simulate
 from macromicro import programme as programmes
@@ -85,13 +82,7 @@ def _preisach(table: Any, memory: Any, path: Any) -> float:
 
 def per_tick(run: Callable[[], Any], ticks: int = TICKS) -> float:
     """Median time [ns] a tick of `run`, which does `ticks` of them; the first is not counted."""
-    run()
-    times = []
-    for _ in range(few(REPEATS)):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return 1e9 * median(times) / ticks
+    return 1e9 * figures.timed(run, REPEATS) / ticks
 
 
 def measure() -> dict[str, float]:
@@ -153,11 +144,8 @@ void ticks(double volts, int64_t half, int64_t count, int64_t steps, double *sta
 def macro_in_c() -> float | None:
     """Nanoseconds a moving macro tick in C (cc -O3), as the package exports it; None without a C
     compiler. Raises RuntimeError if C and the package disagree, for then nothing is compared."""
-    sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
-    try:
-        import compiling
-    finally:
-        sys.path.pop(0)
+    import compiling  # one of the peers'
+
     settings = Settings()
     plant = bench.prepare(settings.bench, settings.sensors)
     p, start, steps = plant.macro, carriage.at_rest(0.05), plant.macro_steps

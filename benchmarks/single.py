@@ -25,7 +25,6 @@ from macromicro.settings import Settings
 
 LIMITS = programmes.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
 REAL_TIME = 1e9 * PERIOD  # ns
-PEERS = Path(__file__).resolve().parent / "peers"
 FIRST = "import macromicro; macromicro.run('thesis')"
 TOLD = f"{FIRST}; import time; print(time.time(), flush=True)"
 
@@ -98,17 +97,14 @@ def bench() -> list[Line]:
 
 def common_job() -> list[Line]:
     """The thesis' tuned loop for 10 s, and Preisach, beside the same in C, turn by turn."""
-    sys.path.insert(0, str(PEERS))
-    try:
-        import beside_c
-        import compiling
-        import job
-        import preisach_rate
-    finally:
-        sys.path.remove(str(PEERS))
+    import compiling  # of the peers, as the others
+    import job
+    import loops
+    import preisach_rate
+
     with tempfile.TemporaryDirectory() as folder:
         try:
-            rows = beside_c.measure(job.default(), Path(folder), few(300))
+            rows = loops.measure(job.default(), Path(folder), few(300))
             rates = preisach_rate.measure(Path(folder), few(11))
         except compiling.NoCompilerError as error:
             return [Line("the common job beside C", "at most 1.1 to C", None, "us", str(error))]
@@ -133,39 +129,32 @@ def common_job() -> list[Line]:
     return found
 
 
-def command(*line: str, repeats: int = 5) -> float | None:
-    """Least wall time [s] of a new Python with these arguments; None if it fails."""
-    times = [math.inf]
-    for _ in range(few(repeats)):
-        start = time.perf_counter()
+def process(*line: str, own: bool = False) -> float | None:
+    """Least wall time [s] of a new Python with these arguments, or until the time of day that it
+    prints of its own; None if it fails."""
+    found = [math.inf]
+    for _ in range(few(5)):
+        start = time.time()
         done = subprocess.run([sys.executable, *line], capture_output=True, check=False)
         if done.returncode:
             return None
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def until_result(repeats: int = 5) -> float | None:
-    """Least time [s] from a new process' start to the end of its first run; None if it fails."""
-    times = [math.inf]
-    for _ in range(few(repeats)):
-        start = time.time()
-        done = subprocess.run([sys.executable, "-c", TOLD], capture_output=True, check=False)
-        if done.returncode:
-            return None
-        times.append(float(done.stdout) - start)
-    return min(times)
+        found.append((float(done.stdout) if own else time.time()) - start)
+    return min(found)
 
 
 def cold() -> list[Line]:
     """A new process, the compiler's cache warm."""
     with tempfile.TemporaryDirectory() as folder:
-        again = command(
+        again = process(
             "-m", "macromicro", "run", "--out", str(Path(folder) / "run"), "--overwrite"
         )
     return [
-        Line("macromicro --help", "below 0.3", command("-m", "macromicro", "--help"), "s"),
-        Line("new process to first result", "below 1", until_result(), "s", FIRST),
-        Line("the same, the process ended too", "", command("-c", FIRST), "s"),
+        Line("macromicro --help", "below 0.3", process("-m", "macromicro", "--help"), "s"),
+        Line("new process to first result", "below 1", process("-c", TOLD, own=True), "s", FIRST),
+        Line("the same, the process ended too", "", process("-c", FIRST), "s"),
         Line("macromicro run, figures and page", "below 4", again, "s"),
     ]
+
+
+def lines() -> list[Line]:
+    return [*bench(), *common_job(), *cold()]

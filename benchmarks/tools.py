@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
-from figures import some
+from figures import Line, some, timed
 
 from macromicro import identify
 from macromicro.hysteresis import FodTable, Preisach, from_density
@@ -17,7 +15,7 @@ METHODS = ("least_squares", "mls", "gls", "sriv", "output_error")
 DT = 1e-3
 
 
-def preisach(timed: Callable[[Callable[[], object], int], float]) -> dict[str, float]:
+def preisach() -> dict[str, float]:
     """Samples per second on a 100 x 100 table: compiled (two inputs), and step by step."""
     rng = np.random.default_rng(0)
     weights = np.tril(rng.random((100, 100)))
@@ -34,7 +32,7 @@ def preisach(timed: Callable[[Callable[[], object], int], float]) -> dict[str, f
     }
 
 
-def fits(timed: Callable[[Callable[[], object], int], float]) -> dict[str, float]:
+def fits() -> dict[str, float]:
     """Time [s] of a first-order fit to 2000 samples of a binary sequence in counts."""
     rng = np.random.default_rng(0)
     u = np.repeat(np.where(rng.random(500) > 0.5, 1.0, -1.0), 4)
@@ -49,11 +47,11 @@ def fits(timed: Callable[[Callable[[], object], int], float]) -> dict[str, float
     }
 
 
-def lines(timed: Any, line: Any) -> list[Any]:
+def lines() -> list[Line]:
     """The figures as lines of the benchmark's table."""
     goal = {"Preisach step by step": "at least 3e5"}
     found = [
-        line(name, goal.get(name, "at least 3e7"), rate, "samples/s")
-        for name, rate in preisach(timed).items()
+        Line(name, goal.get(name, "at least 3e7"), rate, "samples/s")
+        for name, rate in preisach().items()
     ]
-    return found + [line(name, "at most 20", 1e3 * s, "ms") for name, s in fits(timed).items()]
+    return found + [Line(name, "at most 20", 1e3 * s, "ms") for name, s in fits().items()]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from figures import some
+from figures import Line, some, timed
 
 from macromicro.tuning.request import Request, ready
 
@@ -16,13 +14,13 @@ ROWS = (
 )
 
 
-def lines(timed: Any, line: Any) -> list[Any]:
-    """The figures as lines of the benchmark's table: `timed` and `line` as in bench.py."""
+def lines() -> list[Line]:
+    """The figures as lines of the benchmark's table."""
     found = []
     for name, target, request in ROWS:
         asked = ready(request._replace(evaluations=some(EVALUATIONS)))
         seconds = timed(asked.search, 5)
         runs, benches = asked.search().evaluations, asked.budget.machines
         remark = f"{runs} evaluations" + (f" of {benches} benches" if benches > 1 else "")
-        found.append(line(name, target, seconds, "s", remark))
+        found.append(Line(name, target, seconds, "s", remark))
     return found

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
+import commissioning
 import numpy as np
-from commissioning_table import Drawn
 
 from macromicro.commission import axis
 from macromicro.commission.running import Commissioned
@@ -15,10 +16,7 @@ from macromicro.machines import sheets
 
 def figures(random: np.random.Generator) -> dict[str, Any]:
     """Data-sheet figures over wide ranges."""
-
-    def between(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(math.log(low), math.log(high))))
-
+    between = partial(commissioning.between, random)
     supply = float(random.choice([12.0, 24.0, 48.0]))
     resistance = between(0.5, 12.0)
     kind = str(random.choice(["belt", "screw", "linear"]))
@@ -87,5 +85,5 @@ def weighed(tree: Any, found: Commissioned) -> dict[str, float]:
     return {**truth(tree, found), "offset": force}
 
 
-DRAWN = Drawn(axis.KIND, figures, truth, 100, 2027)
-HANGING = Drawn(axis.KIND, hanging, weighed, 100, 2030)
+DRAWN = commissioning.of_figures(axis.KIND, figures, truth, 100, 2027)
+HANGING = commissioning.of_figures(axis.KIND, hanging, weighed, 100, 2030)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
+import commissioning
 import numpy as np
-from commissioning_table import Drawn
 
 from macromicro.commission import piezo
 from macromicro.commission.piezo_drives import REACH
@@ -17,10 +18,7 @@ from macromicro.plant import piezo as plant
 
 def figures(random: np.random.Generator) -> dict[str, Any]:
     """Data-sheet figures, and what none prints."""
-
-    def between(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(math.log(low), math.log(high))))
-
+    between = partial(commissioning.between, random)
     stroke = between(15e-6, 900e-6)
     resonance = between(60.0, 900.0)
     low = float(random.choice([0.0, -20.0, -30.0]))
@@ -77,4 +75,4 @@ def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     }
 
 
-DRAWN = Drawn(piezo.KIND, figures, truth, 100, 2028)
+DRAWN = commissioning.of_figures(piezo.KIND, figures, truth, 100, 2028)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
+import commissioning
 import commissioning_axis
 import numpy as np
-from commissioning_table import Drawn
 
 from macromicro.commission import axis, rotary
 from macromicro.commission.running import Commissioned
@@ -16,10 +17,7 @@ from macromicro.machines import sheets
 
 def figures(random: np.random.Generator) -> dict[str, Any]:
     """Data-sheet figures over wide ranges: direct drives, and gears of 3 to 100."""
-
-    def between(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(math.log(low), math.log(high))))
-
+    between = partial(commissioning.between, random)
     direct = bool(random.random() < 0.3)
     ratio = 1.0 if direct else between(3.0, 100.0)
     constant = between(0.02, 0.3) if direct else between(0.005, 0.08)
@@ -62,11 +60,6 @@ def figures(random: np.random.Generator) -> dict[str, Any]:
     }
 
 
-def truth(tree: Any, found: Commissioned) -> dict[str, float]:
-    """What the model's parameters are, in volts and radians, by the axis' figures."""
-    return commissioning_axis.truth(tree, found)
-
-
 def eccentric(random: np.random.Generator) -> dict[str, Any]:
     """The same with a load that hangs anywhere: 2 to 35 % of the motor's torque."""
     made = figures(random)
@@ -78,7 +71,7 @@ def eccentric(random: np.random.Generator) -> dict[str, Any]:
         number("amplifier.current"), number("amplifier.supply") / number("motor.resistance")
     )
     most = number("motor.constant") * number("drive.ratio") * current
-    part = float(np.exp(random.uniform(math.log(0.02), math.log(0.35))))
+    part = commissioning.between(random, 0.02, 0.35)
     return {
         **made,
         "load.unbalance": f"{part * most!r} N*m",
@@ -87,14 +80,14 @@ def eccentric(random: np.random.Generator) -> dict[str, Any]:
 
 
 def hung(tree: Any, found: Commissioned) -> dict[str, float]:
-    """As `truth`, with gravity; where it hangs from the low end that was found."""
+    """As that of an axis, with gravity; where it hangs from the low end that was found."""
     most, hangs = sheets.unbalanced(tree)
     return {
-        **truth(tree, found),
+        **commissioning_axis.truth(tree, found),
         "unbalance": sheets.per_newton(tree) * most,
         "hangs": math.remainder(hangs - axis.ends_of(found.work).low, 2.0 * math.pi),
     }
 
 
-DRAWN = Drawn(rotary.KIND, figures, truth, 100, 2032)
-ECCENTRIC = Drawn(rotary.KIND, eccentric, hung, 40, 2040)
+DRAWN = commissioning.of_figures(rotary.KIND, figures, commissioning_axis.truth, 100, 2032)
+ECCENTRIC = commissioning.of_figures(rotary.KIND, eccentric, hung, 40, 2040)

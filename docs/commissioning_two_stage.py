@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import beyond
+import commissioning
 import make_beyond_both
-from commissioning_table import Case, Tried, compared
+import numpy as np
 
-from macromicro.errors import MacromicroError
 from macromicro.settings import Settings
-from macromicro.thesis import commissioning, commissioning_page
+from macromicro.thesis import commissioning as two_stage
+from macromicro.thesis import commissioning_page
 from macromicro.thesis.procedure import Lab
 
 NUMBER, SEED = 100, 2034
@@ -32,22 +33,21 @@ def truth(tree: Settings) -> dict[str, float]:
     return {"frequency": belt.frequency, "decay": belt.decay, "share": belt.participation}
 
 
-def cases(number: int | None = None) -> Iterator[Case]:
-    """So many of those that are drawn together."""
-    wanted = NUMBER if number is None else number
-    for k, tree in enumerate(make_beyond_both.drawn(NUMBER, SEED, {})[:wanted]):
-        yield Case(f"two_stage {k}", partial(one, f"two_stage {k}", tree, k))
+def drawn(random: np.random.Generator, number: int) -> Iterator[Settings]:
+    """So many of those that are drawn together, over a Latin square of their own seed."""
+    del random
+    return iter(beyond.differing(make_beyond_both.spread({}), NUMBER, SEED)[:number])
 
 
-def one(label: str, tree: Settings, seed: int) -> Tried:
+def tried(tree: Settings, seed: int) -> commissioning.Tried:
     """One machine, commissioned from its sensors and compared with the truth."""
     with tempfile.TemporaryDirectory() as folder:
-        try:
-            found = commissioning.commission(Lab(tree, seed), Path(folder) / "out")
-        except MacromicroError as error:
-            return Tried(label, {}, refused=str(error))
-    values: dict[str, Any] = {}
-    for row in found.found[commissioning.CARRIAGE.name]["values"]:
-        half = commissioning_page.half_width(row)
-        values[row["name"]] = Found(row["value"], half)
-    return Tried(label, compared(values, truth(tree)), unmet=found.why)
+        found = two_stage.commission(Lab(tree, seed), Path(folder) / "out")
+    values = {
+        row["name"]: Found(row["value"], commissioning_page.half_width(row))
+        for row in found.found[two_stage.CARRIAGE.name]["values"]
+    }
+    return {"errors": commissioning.compared(values, truth(tree)), "unmet": found.why}
+
+
+DRAWN = commissioning.Machines("two_stage", NUMBER, SEED, drawn, tried)

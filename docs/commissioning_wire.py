@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
+import commissioning
 import numpy as np
-from commissioning_table import Drawn
 
 from macromicro.commission import wire
 from macromicro.commission.running import Commissioned
@@ -16,10 +17,7 @@ from macromicro.machines import wire_sheets
 
 def figures(random: np.random.Generator) -> dict[str, Any]:
     """Data-sheet figures after Dynalloy's table of wires, and what none prints."""
-
-    def between(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(math.log(low), math.log(high))))
-
+    between = partial(commissioning.between, random)
     diameter = between(0.08e-3, 0.3e-3)
     area = 0.25 * math.pi * diameter**2
     length = between(0.05, 0.25)
@@ -69,4 +67,4 @@ def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     }
 
 
-DRAWN = Drawn(wire.KIND, figures, truth, 100, 2029)
+DRAWN = commissioning.of_figures(wire.KIND, figures, truth, 100, 2029)

@@ -6,15 +6,14 @@ python docs/make_architecture.py
 from __future__ import annotations
 
 import ast
-import re
 from collections import defaultdict
 from pathlib import Path
 
 import grimp
+from measured_page import put
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE, PAGE = ROOT / "src" / "macromicro", ROOT / "ARCHITECTURE.md"
-BEGIN, END = "<!-- rooms: begin -->\n", "<!-- rooms: end -->"
 
 
 def imported() -> dict[str, set[str]]:
@@ -80,11 +79,5 @@ def drawing() -> str:
     return "```\n" + "\n".join(lines) + "\n```\n"
 
 
-def render(page: str) -> str:
-    """The page with the drawing of today."""
-    block = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
-    return block.sub(lambda found: BEGIN + drawing() + END, page)
-
-
 if __name__ == "__main__":
-    PAGE.write_text(render(PAGE.read_text("utf-8")), encoding="utf-8")
+    put(PAGE, "rooms", drawing())

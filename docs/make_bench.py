@@ -13,7 +13,8 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
-from typing import Any
+
+from measured_page import VALIDATION, put, table
 
 from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
@@ -27,12 +28,8 @@ from macromicro.thesis.procedure import Lab
 from macromicro.units import shown
 
 ROOT = Path(__file__).resolve().parents[1]
-VALIDATION = ROOT / "docs" / "validation"
 TEMPLATE, PAGE = VALIDATION / "bench.template.md", VALIDATION / "bench.md"
 README, REPRODUCE = ROOT / "README.md", VALIDATION / "reproduce.md"
-# What was measured when the page was made, fenced so that a test can tell it apart.
-MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
-HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
 BENCH, PHASE = ("bench.", "sensors."), "bench.phase"
 
 
@@ -48,38 +45,29 @@ def value(entry: Entry) -> str:
     return f"{numbers} {unit}".strip()
 
 
-def rows(found: list[Entry]) -> str:
+def parameters(heading: str, found: list[Entry]) -> str:
     """A table of parameters, named by the last part of their path."""
-    return HEAD + "".join(
-        f"| `{e.path.rpartition('.')[2]}` | {value(e)} | {e.par.meaning} | {e.par.source} |\n"
-        for e in found
-    )
-
-
-def table(path: str, part: Any) -> str:
-    """Heading and parameters of a part."""
-    return f"### `{path}`\n\n{rows(list(entries(part)))}"
+    rows = [
+        (f"`{e.path.rpartition('.')[2]}`", value(e), e.par.meaning, e.par.source) for e in found
+    ]
+    return f"### {heading}\n\n{table(('parameter', 'default', 'meaning', 'source'), rows)}"
 
 
 def parameter_tables() -> str:
     """The kiln's own parameters, and what kiln and cycle bench change."""
-    parts = [table("KilnBench.oven", KilnBench().oven)]
+    parts = [parameters("`KilnBench.oven`", list(entries(KilnBench().oven)))]
     for fixture, sources in (
         (KilnBench(), kiln_bench.OWN_SOURCES),
         (CycleBench(), cycle_bench.OWN_SOURCES),
     ):
-        changed = [e for e in entries(fixture) if e.path in sources]
-        name = type(fixture).__name__
-        parts.append(f"### `{name}`: values of its own\n\n{paths(changed, sources)}")
+        rows = [
+            (f"`{e.path}`", value(e), e.par.meaning, sources[e.path])
+            for e in entries(fixture)
+            if e.path in sources
+        ]
+        changed = table(("parameter", "here", "meaning", "source"), rows)
+        parts.append(f"### `{type(fixture).__name__}`: values of its own\n\n{changed}")
     return "\n".join(parts)
-
-
-def paths(found: list[Entry], sources: dict[str, str]) -> str:
-    """A table of parameters by their whole path."""
-    lines = "".join(
-        f"| `{e.path}` | {value(e)} | {e.par.meaning} | {sources[e.path]} |\n" for e in found
-    )
-    return "| parameter | here | meaning | source |\n|---|---|---|---|\n" + lines
 
 
 def render(measured: dict[str, str]) -> str:
@@ -90,20 +78,10 @@ def render(measured: dict[str, str]) -> str:
     def filled(match: re.Match[str]) -> str:
         name = match.group(1)
         if name in measured:
-            return block(name, measured[name])
+            return f"<!-- {name} -->\n{measured[name]}<!-- end -->"
         return known[name]
 
     return re.sub(r"<<([\w.]+)>>", filled, TEMPLATE.read_text(encoding="utf-8"))
-
-
-def block(name: str, text: str) -> str:
-    """Text in the fence that `MEASURED` finds."""
-    return f"<!-- measured: {name} -->\n{text}<!-- end -->"
-
-
-def blocks(page: Path) -> dict[str, str]:
-    """What a page says was measured, by name."""
-    return dict(MEASURED.findall(page.read_text(encoding="utf-8")))
 
 
 def number(x: float, unit: str = "") -> str:
@@ -124,8 +102,8 @@ def measured_text(claim: Claim) -> str:
 
 def bands(claims: list[Claim]) -> str:
     """All claims with their commands, what counts as reproduced, for reproduce.md."""
-    head = "| command | claim | printed | accepted | measured | verdict | kind | rule |\n"
-    lines = [head + "|---|---|---|---|---|---|---|---|\n"]
+    head = ("command", "claim", "printed", "accepted", "measured", "verdict", "kind", "rule")
+    rows = []
     for c in claims:
         own = c.accept and not c.of
         accepted = claim_text.with_unit(claim_text.accepted(c), c.unit if own else "")
@@ -136,8 +114,8 @@ def bands(claims: list[Claim]) -> str:
             claim_text.with_unit(claim_text.printed(c), "" if c.printed is None else c.unit),
             *(accepted, measured_text(c), c.verdict, c.kind, "; ".join(rule)),
         )
-        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |\n")
-    return "".join(lines)
+        rows.append([cell.replace("|", "/") for cell in cells])
+    return table(head, rows)
 
 
 def turned() -> str:
@@ -145,23 +123,23 @@ def turned() -> str:
     sources = {e.path: e.par.source for e in entries(Settings()) if e.path.startswith(BENCH)}
     for own, fixture in (("kiln", kiln_bench), ("cycle", cycle_bench)):
         sources |= {f"{own}: {path}": words for path, words in fixture.OWN_SOURCES.items()}
-    lines = ["| claim | parameters to turn |\n|---|---|\n"]
+    rows = []
     for name in STATEMENTS:
         found = [path for path, words in sources.items() if re.search(rf"\b{name}\b", words)]
         if phase := [path for path in found if path.startswith(PHASE)]:
             found = [PHASE, *(path for path in found if path not in phase)]
         if found:
-            lines.append(f"| {name} | {', '.join(f'`{path}`' for path in found)} |\n")
-    return "".join(lines)
+            rows.append((name, ", ".join(f"`{path}`" for path in found)))
+    return table(("claim", "parameters to turn"), rows)
 
 
 def misprints() -> str:
     """The thesis' misprints and contradictions, from the package's list."""
-    lines = ["| # | place | printed | reading used here |\n|---|---|---|---|\n"]
-    for e in ERRATA:
-        cells = (cell.replace("|", r"\|") for cell in (e.place, e.printed, e.reading))
-        lines.append(f"| {e.number} | {' | '.join(cells)} |\n")
-    return "".join(lines)
+    rows = [
+        [cell.replace("|", r"\|") for cell in (str(e.number), e.place, e.printed, e.reading)]
+        for e in ERRATA
+    ]
+    return table(("#", "place", "printed", "reading used here"), rows)
 
 
 def claims_now(quick: bool = False) -> list[Claim]:
@@ -188,32 +166,33 @@ def measure(quick: bool = False) -> tuple[dict[str, str], list[Claim]]:
     import calibration
 
     claims = claims_now(quick)
-    belt = "| belt frequency | least of 8 moves | greatest | slowest decay to 2 um |\n"
-    belt += "|---|---|---|---|\n" + "".join(
-        f"| {b.frequency:g} Hz | {b.least:.1f} um | {b.greatest:.1f} um | {b.slowest:.2f} s |\n"
-        for b in calibration.belt_sensitivity(calibration.BELTS[:few])
+    belt = table(
+        ("belt frequency", "least of 8 moves", "greatest", "slowest decay to 2 um"),
+        [
+            (
+                f"{b.frequency:g} Hz",
+                f"{b.least:.1f} um",
+                f"{b.greatest:.1f} um",
+                f"{b.slowest:.2f} s",
+            )
+            for b in calibration.belt_sensitivity(calibration.BELTS[:few])
+        ],
     )
-    body = "| R3 | S7: NRMSE against (5.6) | I3: cycle 10 slower by | mean error in cycle 10 |\n"
-    body += "|---|---|---|---|\n" + "".join(
-        f"| {b.resistance:g} | {b.fit:.2f} % | {b.growth:.0f} % | {b.bias:.1f} um |\n"
-        for b in calibration.body_sensitivity(calibration.BODIES[:few])
+    body = table(
+        ("R3", "S7: NRMSE against (5.6)", "I3: cycle 10 slower by", "mean error in cycle 10"),
+        [
+            (f"{b.resistance:g}", f"{b.fit:.2f} %", f"{b.growth:.0f} %", f"{b.bias:.1f} um")
+            for b in calibration.body_sensitivity(calibration.BODIES[:few])
+        ],
     )
-    heat = "| heat at 5 V | S12: error 1 s after the step from 3 to 2 mm |\n|---|---|\n" + "".join(
-        f"| {h.heat:.3g} W | {h.error:.1f} um |\n"
-        for h in calibration.heat_sensitivity(calibration.HEATS[:few])
+    heat = table(
+        ("heat at 5 V", "S12: error 1 s after the step from 3 to 2 mm"),
+        [
+            (f"{h.heat:.3g} W", f"{h.error:.1f} um")
+            for h in calibration.heat_sensitivity(calibration.HEATS[:few])
+        ],
     )
     return {"belt": belt, "body": body, "heat": heat}, claims
-
-
-def put(page: Path, **texts: str) -> None:
-    """Write `texts` into a page's fences of these names."""
-    text = page.read_text(encoding="utf-8")
-
-    def filled(match: re.Match[str]) -> str:
-        name = match.group(1)
-        return block(name, texts[name]) if name in texts else match.group(0)
-
-    page.write_text(MEASURED.sub(filled, text), encoding="utf-8")
 
 
 def main() -> None:
@@ -223,14 +202,11 @@ def main() -> None:
     if quick:
         return
     PAGE.write_text(render(measured), encoding="utf-8")
-    put(README, count=counted(claims))
-    put(
-        REPRODUCE,
-        count=counted(claims),
-        bands=bands(claims),
-        turned=turned(),
-        misprints=misprints(),
-    )
+    put(README, "count", counted(claims))
+    put(REPRODUCE, "count", counted(claims))
+    put(REPRODUCE, "bands", bands(claims))
+    put(REPRODUCE, "turned", turned())
+    put(REPRODUCE, "misprints", misprints())
 
 
 if __name__ == "__main__":

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
+import beyond
 import measured_page
 import numpy as np
+from beyond import GROUPS, Quantity
 
 from macromicro import api
 from macromicro.design import limits
@@ -27,11 +28,10 @@ from macromicro.plant import bench
 from macromicro.schema.par import changed
 from macromicro.settings import Settings
 from macromicro.thesis import strokes
-from macromicro.uncertainty import machines, table
+from macromicro.uncertainty import table
 
-HERE = Path(__file__).parent
-RESULTS = measured_page.RAW / "beyond.json"
 LAWS = ("pd-tuned", "terminal")
+SEED = 7  # of the published benches
 # mm: long, middle and short ways, both directions.
 PLACES = (
     *(200, 0, 190, 10, 170, 30, 150, 50, 130, 100, 101, 100, 105, 100, 110, 100, 120, 100),
@@ -45,6 +45,16 @@ SPANS = {"re-identified": {}, "not re-identified": {"belt_frequency": 0.04, "cou
 SPAN = 0.1
 SINES = ((50.0, 0.5), (50.0, 1.0), (10.0, 1.0))  # mm, Hz
 RAMP = 20.0  # mm/s
+TABLE = (
+    Quantity("200 mm to 1 count", "s", 3),
+    Quantity("the same by the limit", "", 3),
+    Quantity("200 mm to the count", "s", 3),
+    Quantity("outside the count at the end", "", 3, counted=True),
+    Quantity("counts beyond the target", "counts", 0),
+    Quantity("swing 0.1 s after, above 40 mm", "um", 1),
+    Quantity("swing 0.1 s after, 1 to 40 mm", "um", 1),
+    Quantity("tracking, true position", "counts", 2),
+)
 
 
 def spread(spans: dict[str, float]) -> list[table.Uncertain]:
@@ -54,13 +64,6 @@ def spread(spans: dict[str, float]) -> list[table.Uncertain]:
         span = spans.get(row.name, SPAN)
         found.append(row._replace(low=1.0 - span, high=1.0 + span))
     return found
-
-
-def drawn(n: int, seed: int, spans: dict[str, float]) -> list[Settings]:
-    """Benches whose macro-stage differs."""
-    rows = spread(spans)
-    sample = machines.draw(Settings(), rows, n, seed)
-    return [machines.settings_at(Settings(), rows, amounts) for amounts in sample.amounts]
 
 
 def identified(settings: Settings, seed: int) -> carriage.CarriageFit:
@@ -75,10 +78,15 @@ def identified(settings: Settings, seed: int) -> carriage.CarriageFit:
     return carriage.carriage(records, float(np.polyfit(x, y, 1)[0]))
 
 
-def under(settings: Settings, law: str, gains: dict[str, float]) -> Settings:
-    """The bench under a law."""
-    tree = settings._replace(controller=settings.controller.joined(law, "law"))
-    made: Settings = changed(tree, {f"controller.own.{n}": v for n, v in gains.items()})
+def gains(fit: carriage.CarriageFit) -> dict[str, float]:
+    """What the law `terminal` takes from an identification."""
+    return {name: float(getattr(fit.model, name)) for name in (*carriage.RIGID, *carriage.SWING)}
+
+
+def under(settings: Settings, law: str, own: dict[str, float]) -> Settings:
+    """The bench under a law with these gains of its own."""
+    values = {f"controller.own.{n}": v for n, v in own.items()}
+    made: Settings = changed(beyond.under(settings, law), values)
     return made
 
 
@@ -96,16 +104,14 @@ def moved(settings: Settings, folder: Path) -> list[dict[str, float]]:
         goal = float(run["macro_reference"][rows[-1]])
         way = goal - before
         before = goal
-        away = np.flatnonzero(np.abs(off) > 1.0)
-        inexact = np.flatnonzero(off != 0.0)
-        near = (int(away[-1]) + 1) * run.dt if len(away) else 0.0
+        near = beyond.last(np.abs(off) > 1.0) * run.dt
         at = round((near + AFTER) / run.dt)
         swing = np.abs(run["true_belt"][rows][at : at + round(0.06 / run.dt)])
         found.append(
             {
                 "way": abs(way) * pitch * 1e3,
                 "near": near,
-                "exact": (int(inexact[-1]) + 1) * run.dt if len(inexact) else 0.0,
+                "exact": beyond.last(off != 0.0) * run.dt,
                 "over": max(float((math.copysign(1.0, way) * off).max()), 0.0),
                 "final": abs(float(off[-1])),
                 "swing": float(swing.max()) if len(swing) else math.nan,
@@ -121,9 +127,7 @@ def tracked(settings: Settings, folder: Path) -> list[float]:
     on = np.maximum(t - 1.5, 0.0)
     ways = [100.0 - a * np.cos(2.0 * np.pi * f * on) for a, f in measured_page.few(SINES)]
     for x in (*ways, 60.0 + RAMP * on):
-        path = folder / "way.csv"
-        rows = [f"{a:.4f},{b:.6f}" for a, b in zip(t, x, strict=True)]
-        path.write_text("t_s,macro_mm\n" + "\n".join([*rows, f"{t[-1] + 1e-3:.4f},{x[-1]:.6f}"]))
+        path = beyond.ways(list(zip(t, x, strict=True)), "macro_mm", folder / "way.csv")
         run = api.run(path, settings=settings)
         off = run["true_carriage"] * 1e-3 / pitch - 0.5 - run["macro_reference"]
         found.append(float(np.sqrt(np.mean(off[run["t"] > 2.0] ** 2))))
@@ -133,27 +137,23 @@ def tracked(settings: Settings, folder: Path) -> list[float]:
 def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
     """One bench: identified or not, moved and tracked by both laws."""
     kind, k, settings, where = job
-    folder = Path(where) / f"{kind.replace(' ', '-')}-{k}"
-    folder.mkdir(parents=True, exist_ok=True)
-    gains: dict[str, float] = {}
+    folder = beyond.folder(where, kind, k)
+    own: dict[str, float] = {}
     found: dict[str, Any] = {"kind": kind, "bench": k}
-    if kind == "re-identified":
+    if kind == GROUPS[0]:
         fit = identified(settings, 100 * k)
-        gains = {
-            name: float(getattr(fit.model, name)) for name in (*carriage.RIGID, *carriage.SWING)
-        }
-        found["values"], found["std"], found["apart"] = gains, fit.std, fit.apart
-        found["truth"] = truth(settings)
-    ways = sorted({w["way"] for w in moved(under(settings, "terminal", gains), folder)})
+        own = gains(fit)
+        found |= {"values": own, "std": fit.std, "apart": fit.apart, "truth": truth(settings)}
+    ways = sorted({w["way"] for w in moved(under(settings, "terminal", own), folder)})
     found["limits"] = {
         f"{w:.3f}": limits.quickest(settings.bench, settings.sensors, w * 1e-3).time
         for w in ways
         if w > 0.1
     }
     for law in LAWS:
-        tree = under(settings, law, gains if law == "terminal" else {})
+        tree = under(settings, law, own if law == "terminal" else {})
         found[law] = {"moves": moved(tree, folder), "tracking": tracked(tree, folder)}
-    print(f"{kind} {k} done", file=sys.stderr, flush=True)
+    beyond.said(kind, k)
     return found
 
 
@@ -172,23 +172,12 @@ def truth(settings: Settings) -> dict[str, float]:
     }
 
 
-GROUPS = ("re-identified", "not re-identified")
-SEED = 7  # of the published benches
-PAGE = HERE / "validation" / "beyond.md"
-PICTURE = HERE / "figures" / "beyond-macro.png"
-
-
-def _over(moves: list[dict[str, float]], pick: Any, name: str) -> list[float]:
-    return [m[name] for m in moves if pick(m["way"])]
-
-
 def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
     """By quantity, one value for each move (or bench) that it is judged on."""
-    found: dict[str, list[float]] = {name: [] for name, _, _ in TABLE}
+    found: dict[str, list[float]] = {each.name: [] for each in TABLE}
     for b in every:
-        moves = b[law]["moves"]
         least = {float(k): v for k, v in b["limits"].items()}
-        for m in moves:
+        for m in b[law]["moves"]:
             way = m["way"]
             if abs(way - 200.0) < 0.5:
                 found["200 mm to 1 count"].append(m["near"])
@@ -197,82 +186,37 @@ def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
                 found["200 mm to the count"].append(m["exact"])
             found["outside the count at the end"].append(float(m["final"] > 0.0))
             found["counts beyond the target"].append(m["over"])
-        found["swing 0.1 s after, above 40 mm"] += _over(moves, lambda w: w > LONG + 1.0, "swing")
-        found["swing 0.1 s after, 1 to 40 mm"] += _over(
-            moves, lambda w: SHORT - 0.1 < w < LONG + 1.0, "swing"
-        )
+            if way > LONG + 1.0:
+                found["swing 0.1 s after, above 40 mm"].append(m["swing"])
+            if SHORT - 0.1 < way < LONG + 1.0:
+                found["swing 0.1 s after, 1 to 40 mm"].append(m["swing"])
         found["tracking, true position"] += b[law]["tracking"]
     return found
 
 
-# Quantity, unit, digits.
-TABLE = (
-    ("200 mm to 1 count", "s", 3),
-    ("the same by the limit", "", 3),
-    ("200 mm to the count", "s", 3),
-    ("outside the count at the end", "", 3),
-    ("counts beyond the target", "counts", 0),
-    ("swing 0.1 s after, above 40 mm", "um", 1),
-    ("swing 0.1 s after, 1 to 40 mm", "um", 1),
-    ("tracking, true position", "counts", 2),
-)
-
-
-def told(every: list[dict[str, Any]]) -> str:
+def tables(every: list[dict[str, Any]]) -> dict[str, str]:
     """The table of the page."""
-    head = "| | " + " | ".join(f"{law}, {group}: median, worst" for group in GROUPS for law in LAWS)
-    lines = [f"{head} |", "|---" * (1 + len(GROUPS) * len(LAWS)) + "|"]
-    columns = {
-        (g, law): rows([b for b in every if b["kind"] == g and b["bench"] > 0], law)
-        for g in GROUPS
-        for law in LAWS
-    }
-    for name, unit, digits in TABLE:
-        cells = []
-        for g in GROUPS:
-            for law in LAWS:
-                v = columns[g, law][name]
-                if name == "outside the count at the end":
-                    cells.append(f"{sum(v):.0f} of {len(v)}")
-                else:
-                    cells.append(f"{np.nanmedian(v):.{digits}f}, {np.nanmax(v):.{digits}f}")
-        lines.append(f"| {name}{unit and f' [{unit}]'} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+    columns = {f"{law}, {g}": rows(beyond.of_group(every, g), law) for g in GROUPS for law in LAWS}
+    found = beyond.compared(TABLE, columns, beyond.WORST)
+    return {"measured": measured_page.table(*found)}
 
 
-def drawn_page(every: list[dict[str, Any]]) -> None:
+def draw(every: list[dict[str, Any]]) -> None:
     """The figure: time and remaining swing over the distance, of both laws and the limit."""
     figure, axes = new(4.2, 1, 2)
+    mine = [b for b in every if b["kind"] == GROUPS[0]]
     for law, color in zip(LAWS, (BLUE, ORANGE), strict=True):
-        moves = [m for b in every if b["kind"] == GROUPS[0] for m in b[law]["moves"]]
-        moves = [m for m in moves if m["way"] > SHORT - 0.1]
+        moves = [m for b in mine for m in b[law]["moves"] if m["way"] > SHORT - 0.1]
         way = [m["way"] for m in moves]
         for ax, name in zip(axes[0], ("near", "swing"), strict=True):
             ax.plot(way, [m[name] for m in moves], ".", color=color, markersize=4, label=law)
-    least = sorted(
-        (float(w), t)
-        for b in every
-        if b["kind"] == GROUPS[0]
-        for w, t in b["limits"].items()
-        if float(w) > SHORT - 0.1
-    )
+    limits = sorted((float(w), t) for b in mine for w, t in b["limits"].items())
+    least = [(w, t) for w, t in limits if w > SHORT - 0.1]
     axes[0, 0].plot(*zip(*least, strict=True), "_", color=GREEN, markersize=4, label="limit")
     axes[0, 0].set_ylim(0.0, HIGHEST)  # what was missed, and hardly made, is in the table
     finish(axes[0, 0], "Settling", "distance [mm]", "time to within a count [s]", legend=True)
     finish(axes[0, 1], "Vibration", "distance [mm]", "swing after 0.1 s [um]", legend=True)
-    PICTURE.write_bytes(encoded(figure))
-
-
-def tables(every: list[dict[str, Any]]) -> dict[str, str]:
-    """By mark."""
-    return {"measured": told(every)}
-
-
-def write(every: list[dict[str, Any]]) -> None:
-    """Table and figure into the page."""
-    for mark, rows_told in tables(every).items():
-        measured_page.put(PAGE, mark, rows_told)
-    drawn_page(every)
+    (beyond.FIGURES / "beyond-macro.png").write_bytes(encoded(figure))
 
 
 def jobs(chosen: argparse.Namespace) -> list[Any]:
@@ -280,11 +224,11 @@ def jobs(chosen: argparse.Namespace) -> list[Any]:
     return [
         (kind, k, settings, chosen.scratch)
         for kind, spans in SPANS.items()
-        for k, settings in enumerate(
-            [Settings(), *drawn(chosen.benches, measured_page.seed(chosen, SEED), spans)]
-        )
+        for k, settings in enumerate(beyond.drawn(spread(spans), chosen, SEED))
     ]
 
 
+STUDY = measured_page.Study(beyond.PAGE, measured_page.RAW / "beyond.json", jobs, one, tables, draw)
+
 if __name__ == "__main__":
-    measured_page.main(__doc__, RESULTS, jobs, one, write, tables)
+    measured_page.main(__doc__, STUDY)

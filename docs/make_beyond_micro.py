@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import beyond
 import measured_page
 import numpy as np
+from beyond import GROUPS, Quantity
 
 from macromicro import hall_table, loop, recorded, simulate
 from macromicro.control.inverse.model import Inverse
@@ -40,14 +41,10 @@ from macromicro.runs import programmed
 from macromicro.settings import Settings
 from macromicro.thesis import heats, kiln_bench
 from macromicro.thesis.chapter5 import kiln_runs
-from macromicro.uncertainty import machines, table
+from macromicro.uncertainty import table
 
-HERE = Path(__file__).parent
-RESULTS, PAGE = measured_page.RAW / "beyond-micro.json", HERE / "validation" / "beyond.md"
-PICTURE = HERE / "figures" / "beyond-micro.png"
 LAWS = ("pi-antiwindup", "inverse")
 MIDDLE = "pid-heat"  # needs no identification
-GROUPS = ("re-identified", "not re-identified")
 SEED = 7  # of the published benches
 # mm: long and short ways, both directions.
 PLACES = (
@@ -59,13 +56,18 @@ SHORT = 0.101  # mm
 NEAR, CLOSE = 10e-3, 2e-3  # mm
 SINES = ((0.5, 0.2), (0.5, 0.5))  # mm, Hz
 SECONDS = 14.0
-
-
-def drawn(n: int, seed: int) -> list[Settings]:
-    """Benches whose micro-stage differs as `uncertainty` says."""
-    rows = list(table.of_stage("micro"))
-    sample = machines.draw(Settings(), rows, n, seed)
-    return [machines.settings_at(Settings(), rows, amounts) for amounts in sample.amounts]
+TABLE = (
+    Quantity("RMS in a hold", "um", 2),
+    Quantity("contraction to 10 um by the limit", "", 3),
+    Quantity("extension to 10 um by the limit", "", 3),
+    Quantity("steps of at most 0.1 mm beyond the limit", "ms", 0),
+    Quantity("time to 2 um beyond the limit to 10 um", "ms", 0),
+    Quantity("over the target", "um", 1),
+    Quantity("sine of 0.5 mm at 0.2 Hz, RMS", "um", 1),
+    Quantity("sine of 0.5 mm at 0.5 Hz, RMS", "um", 1),
+    Quantity("the same at 0.2 Hz, learned in 10 runs", "um", 2),
+    Quantity("the same at 0.5 Hz, learned in 10 runs", "um", 2),
+)
 
 
 def identified(settings: Settings, seed: int) -> wire_table.LawFit:
@@ -81,8 +83,10 @@ def identified(settings: Settings, seed: int) -> wire_table.LawFit:
 
 def under(settings: Settings, law: str, gains: Inverse | None) -> Settings:
     """The bench under a law."""
-    control = settings.controller.joined(law, "law")
-    return settings._replace(controller=control if gains is None else control._replace(fine=gains))
+    tree = beyond.under(settings, law)
+    if gains is None:
+        return tree
+    return tree._replace(controller=tree.controller._replace(fine=gains))
 
 
 def moved(
@@ -115,8 +119,8 @@ def moved(
                 "from": before,
                 "to": goal,
                 "least": least,
-                "near": _last(np.abs(off) > NEAR) * PERIOD,
-                "close": _last(np.abs(off) > CLOSE) * PERIOD,
+                "near": beyond.last(np.abs(off) > NEAR) * PERIOD,
+                "close": beyond.last(np.abs(off) > CLOSE) * PERIOD,
                 "rms": 1e3 * float(np.sqrt(np.mean(off[-1000:] ** 2))),
                 "over": 1e3 * max(float((sign * off).max()), 0.0),
             }
@@ -133,19 +137,11 @@ def limited(plant: bench.Plant, state: bench.State, goal: float) -> float | None
         return None
 
 
-def _last(away: np.ndarray) -> int:
-    """Samples until the last that is away."""
-    at = np.flatnonzero(away)
-    return int(at[-1]) + 1 if len(at) else 0
-
-
 def sine(a: float, f: float, settings: Settings, folder: Path) -> Programme:
     """A sine about 2 mm, for 14 s, from 3 s on."""
     t = np.arange(0.0, SECONDS, PERIOD)
     x = 2.0 - a * np.cos(2.0 * np.pi * f * np.maximum(t - 3.0, 0.0))
-    path = folder / "sine.csv"
-    rows = [f"{u:.4f},{v:.6f}" for u, v in zip(t, x, strict=True)]
-    path.write_text("t_s,micro_mm\n" + "\n".join([*rows, f"{t[-1] + PERIOD:.4f},{x[-1]:.6f}"]))
+    path = beyond.ways(list(zip(t, x, strict=True)), "micro_mm", folder / "sine.csv")
     return load(path, travel.limits(settings.travel, settings.sensors.encoder.pitch))
 
 
@@ -185,8 +181,7 @@ def learned(settings: Settings, folder: Path) -> list[float]:
 def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
     """One bench: identified or not, moved by both laws."""
     kind, k, settings, where = job
-    folder = Path(where) / f"micro-{kind.replace(' ', '-')}-{k}"
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = beyond.folder(where, "micro", kind, k)
     found: dict[str, Any] = {"kind": kind, "bench": k}
     try:
         hall_table.of_bench(settings)
@@ -202,27 +197,13 @@ def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
             found[law]["learned"] = learned(tree, folder)
     except (InputError, RuntimeError) as error:
         found["refused"] = str(error)
-    print(kind, k, found.get("refused", ""), file=sys.stderr, flush=True)
+    beyond.said(kind, k, found.get("refused", ""))
     return found
-
-
-TABLE = (
-    ("RMS in a hold", "um", 2),
-    ("contraction to 10 um by the limit", "", 3),
-    ("extension to 10 um by the limit", "", 3),
-    ("steps of at most 0.1 mm beyond the limit", "ms", 0),
-    ("time to 2 um beyond the limit to 10 um", "ms", 0),
-    ("over the target", "um", 1),
-    ("sine of 0.5 mm at 0.2 Hz, RMS", "um", 1),
-    ("sine of 0.5 mm at 0.5 Hz, RMS", "um", 1),
-    ("the same at 0.2 Hz, learned in 10 runs", "um", 2),
-    ("the same at 0.5 Hz, learned in 10 runs", "um", 2),
-)
 
 
 def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
     """By quantity, one value for each move (or bench) that it is judged on."""
-    found: dict[str, list[float]] = {name: [] for name, _, _ in TABLE}
+    found: dict[str, list[float]] = {each.name: [] for each in TABLE}
     for b in every:
         for m in b[law]["moves"]:
             way = m["to"] - m["from"]
@@ -245,24 +226,7 @@ def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
     return found
 
 
-def told(every: list[dict[str, Any]], shown: list[tuple[str, str]]) -> str:
-    """A table of the page, a column for each group and law."""
-    ran = [b for b in every if "refused" not in b]
-    head = " | ".join(f"{law}, {group}: median, 90 %, worst" for group, law in shown)
-    lines = [f"| | {head} |", "|---" * (1 + len(shown)) + "|"]
-    columns = [
-        rows([b for b in ran if b["kind"] == group and b["bench"] > 0], law) for group, law in shown
-    ]
-    for name, unit, digits in TABLE:
-        cells = [
-            ", ".join(f"{q:.{digits}f}" for q in (np.median(v), np.quantile(v, 0.9), np.max(v)))
-            for v in (column[name] for column in columns)
-        ]
-        lines.append(f"| {name}{unit and f' [{unit}]'} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
-
-
-def drawn_page(every: list[dict[str, Any]]) -> None:
+def draw(every: list[dict[str, Any]]) -> None:
     """The figure: time over distance of both laws and the limit, and the RMS of the holds."""
     figure, axes = new(4.2, 1, 2)
     mine = [b for b in every if b["kind"] == GROUPS[0] and "refused" not in b]
@@ -279,33 +243,37 @@ def drawn_page(every: list[dict[str, Any]]) -> None:
     axes[0, 1].set_xscale("log")
     finish(axes[0, 0], "Settling", "distance [mm]", "time to within 10 um [s]", legend=True)
     finish(axes[0, 1], "Holding", "RMS error [um]", "share of the moves", legend=True)
-    PICTURE.write_bytes(encoded(figure))
+    (beyond.FIGURES / "beyond-micro.png").write_bytes(encoded(figure))
 
 
 def tables(every: list[dict[str, Any]]) -> dict[str, str]:
-    """By mark."""
+    """The tables of the page."""
     # The thesis' law has nothing identified: it is the same in both groups.
-    shown = [(GROUPS[0], LAWS[0]), *((group, LAWS[1]) for group in GROUPS)]
-    return {"micro": told(every, shown), "middle": told(every, [(GROUPS[1], MIDDLE)])}
-
-
-def write(every: list[dict[str, Any]]) -> None:
-    """Tables and figure into the page."""
-    for mark, rows_told in tables(every).items():
-        measured_page.put(PAGE, mark, rows_told)
-    drawn_page(every)
+    shown = {
+        "micro": [(GROUPS[0], LAWS[0]), *((group, LAWS[1]) for group in GROUPS)],
+        "middle": [(GROUPS[1], MIDDLE)],
+    }
+    columns = {
+        mark: {f"{law}, {g}": rows(beyond.of_group(every, g), law) for g, law in pairs}
+        for mark, pairs in shown.items()
+    }
+    return {
+        mark: measured_page.table(*beyond.compared(TABLE, each)) for mark, each in columns.items()
+    }
 
 
 def jobs(chosen: argparse.Namespace) -> list[Any]:
     """Every bench to measure."""
     return [
         (kind, k, settings, chosen.scratch)
-        for k, settings in enumerate(
-            [Settings(), *drawn(chosen.benches, measured_page.seed(chosen, SEED))]
-        )
+        for k, settings in enumerate(beyond.drawn(table.of_stage("micro"), chosen, SEED))
         for kind in GROUPS
     ]
 
 
+STUDY = measured_page.Study(
+    beyond.PAGE, measured_page.RAW / "beyond-micro.json", jobs, one, tables, draw
+)
+
 if __name__ == "__main__":
-    measured_page.main(__doc__, RESULTS, jobs, one, write, tables)
+    measured_page.main(__doc__, STUDY)

@@ -10,22 +10,20 @@ make_beyond.py or make_beyond_micro.py.
 from __future__ import annotations
 
 import argparse
-import sys
-from pathlib import Path
 from typing import Any
 
+import beyond
 import make_beyond
 import make_beyond_micro
 import measured_page
 import numpy as np
+from beyond import GROUPS, Quantity
 
 from macromicro import hall_table
 from macromicro.settings import Settings
 from macromicro.uncertainty import machines
 from macromicro.uncertainty.table import VARIANTS, Uncertain
 
-HERE = Path(__file__).parent
-RESULTS, PAGE = measured_page.RAW / "beyond-variants.json", HERE / "validation" / "beyond.md"
 NONE, ALL = "none", "all"
 MAKERS: dict[str, Any] = {"macro": make_beyond, "micro": make_beyond_micro}
 # The middle way needs nothing identified, so it goes as shipped.
@@ -36,17 +34,17 @@ LAWS = {
 # Of each stage's table: quantity, its digits; judged by median and worst.
 SHOWN = {
     "macro": (
-        ("200 mm to 1 count", "s", 3),
-        ("counts beyond the target", "", 0),
-        ("swing 0.1 s after, above 40 mm", "um", 1),
-        ("tracking, true position", "counts", 2),
+        Quantity("200 mm to 1 count", "s", 3),
+        Quantity("counts beyond the target", "", 0),
+        Quantity("swing 0.1 s after, above 40 mm", "um", 1),
+        Quantity("tracking, true position", "counts", 2),
     ),
     "micro": (
-        ("RMS in a hold", "um", 2),
-        ("contraction to 10 um by the limit", "", 2),
-        ("extension to 10 um by the limit", "", 2),
-        ("over the target", "um", 1),
-        ("sine of 0.5 mm at 0.5 Hz, RMS", "um", 1),
+        Quantity("RMS in a hold", "um", 2),
+        Quantity("contraction to 10 um by the limit", "", 2),
+        Quantity("extension to 10 um by the limit", "", 2),
+        Quantity("over the target", "um", 1),
+        Quantity("sine of 0.5 mm at 0.5 Hz, RMS", "um", 1),
     ),
 }
 
@@ -73,55 +71,44 @@ def one(job: tuple[str, int, str, Settings, str]) -> dict[str, Any]:
     """One bench, identified and moved by the laws of the stage."""
     stage, k, name, settings, scratch = job
     maker = MAKERS[stage]
-    found: dict[str, Any] = maker.one((maker.GROUPS[0], k, settings, f"{scratch}/variants-{stage}"))
+    found: dict[str, Any] = maker.one((GROUPS[0], k, settings, f"{scratch}/variants-{stage}"))
     if stage == "micro" and "refused" not in found:
-        found[make_beyond_micro.MIDDLE] = middle(settings, Path(scratch) / f"variants-middle-{k}")
-    print(stage, name, found.get("refused", ""), file=sys.stderr, flush=True)
-    return {"stage": stage, "name": name, **found}
+        found[make_beyond_micro.MIDDLE] = middle(settings, scratch, k)
+    beyond.said(stage, name, found.get("refused", ""))
+    return {**found, "kind": stage, "name": name}
 
 
-def middle(settings: Settings, folder: Path) -> dict[str, Any]:
+def middle(settings: Settings, scratch: str, k: int) -> dict[str, Any]:
     """A bench moved by the law between, as shipped."""
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = beyond.folder(scratch, "variants-middle", k)
     hall_table.of_bench(settings)
-    tree = make_beyond_micro.under(settings, make_beyond_micro.MIDDLE, None)
+    tree = beyond.under(settings, make_beyond_micro.MIDDLE)
     moves = make_beyond_micro.moved(tree, folder)
     return {"moves": moves, "tracking": make_beyond_micro.tracked(tree, folder)}
 
 
 def told(every: list[dict[str, Any]], stage: str) -> str:
     """The table of a stage: a row for each bench."""
-    maker = MAKERS[stage]
-    head = " | ".join(f"{name}{unit and f' [{unit}]'}" for name, unit, _ in SHOWN[stage])
-    lines = [f"| variant | law | {head} |", "|---" * (2 + len(SHOWN[stage])) + "|"]
+    quantities = SHOWN[stage]
+    lines = []
     for bench in every:
-        if bench["stage"] != stage:
+        if bench["kind"] != stage:
             continue
         if "refused" in bench:
-            lines.append(
-                f"| {bench['name']} | | {bench['refused']} |" + " |" * len(SHOWN[stage][1:])
-            )
+            lines.append([bench["name"], "", bench["refused"], *[""] * len(quantities[1:])])
             continue
         # The thesis' law is there to compare with: without a variant, and with all.
         for law in LAWS[stage][0 if bench["name"] in (NONE, ALL) else 1 :]:
-            rows = maker.rows([bench], law)
-            cells = [
-                f"{np.nanmedian(rows[name]):.{digits}f}, {np.nanmax(rows[name]) + 0.0:.{digits}f}"
-                for name, _, digits in SHOWN[stage]
-            ]
-            lines.append(f"| {bench['name']} | `{law}` | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+            values = MAKERS[stage].rows([bench], law)
+            cells = [each.cell(values[each.name], beyond.WORST) for each in quantities]
+            lines.append([bench["name"], f"`{law}`", *cells])
+    return measured_page.table(["variant", "law", *(each.title for each in quantities)], lines)
 
 
 def tables(every: list[dict[str, Any]]) -> dict[str, str]:
-    """By mark."""
-    return {f"variants {stage}": told(every, stage) for stage in MAKERS}
-
-
-def write(every: list[dict[str, Any]]) -> None:
-    """The tables into the page."""
-    for mark, table in tables(every).items():
-        measured_page.put(PAGE, mark, table)
+    """A table for each stage that was measured."""
+    stages = dict.fromkeys(bench["kind"] for bench in every)
+    return {f"variants {stage}": told(every, stage) for stage in stages}
 
 
 def jobs(chosen: argparse.Namespace) -> list[Any]:
@@ -133,5 +120,9 @@ def jobs(chosen: argparse.Namespace) -> list[Any]:
     ]
 
 
+STUDY = measured_page.Study(
+    beyond.PAGE, measured_page.RAW / "beyond-variants.json", jobs, one, tables
+)
+
 if __name__ == "__main__":
-    measured_page.main(__doc__, RESULTS, jobs, one, write, tables)
+    measured_page.main(__doc__, STUDY)

@@ -1,6 +1,6 @@
 """Measures docs/validation/machines.md: calibrations of machines drawn at random, judged by truth.
 
-    python docs/make_calibrate.py [--benches 20] [--workers 1] [--only-kind NAME]
+    python docs/make_calibrate.py [--benches 20] [--workers 1] [--kind ROW]
 
 Laws and calibration know the data sheet, the simulated machine differs from it. Only the judge
 reads the true position. `--quick` calibrates one machine of the first row and writes nothing.
@@ -12,7 +12,6 @@ import argparse
 import math
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,7 +26,6 @@ from macromicro.machines.machine import Machine
 from macromicro.runs.setup import Blocks
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "validation" / "machines.md"
 SCREW = (ROOT / "examples" / "machines" / "screw.toml").read_text(encoding="utf-8")
 PLOTTER = (ROOT / "examples" / "machines" / "xy-plotter.toml").read_text(encoding="utf-8")
 TRUTH = Instrument("truth", 0.0, 0.0)
@@ -127,6 +125,16 @@ def _growth(bench: Any) -> float:
     return climate.expansion * climate.rise if climate is not None else math.nan
 
 
+def performed(
+    machine: Any, settings: Any, plan: Any, seed: int, bench: Any
+) -> dict[str, np.ndarray]:
+    """The columns of a run."""
+    blocks = Blocks()
+    performing.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
+    names = [column.name for column in performing.columns(machine)]
+    return dict(zip(names, np.concatenate(blocks.blocks, axis=1), strict=True))
+
+
 def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     """Greatest true distance from the example circle, before and after."""
     judged = {}
@@ -134,21 +142,17 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     for name, tree in (("before", settings), ("after", found.settings)):
         made, own = composite.under(machine, tree), tree
         plan = programmes.plan(made, own, programmes.chosen(made, own))
-        blocks = Blocks()
-        performing.perform(made, own, plan, blocks, seed=seed, bench=bench)
-        columns = [column.name for column in performing.columns(made)]
-        rows = np.concatenate(blocks.blocks, axis=1)
-        move, phase = rows[columns.index("move")], rows[columns.index("phase")]
+        run = performed(made, own, plan, seed, bench)
         legs = [k for k, leg in enumerate(plan.legs) if any(p.curvature for p in leg.pieces)]
-        on_arc = np.isin(move, legs) & (phase == 1)
-        x, y = rows[columns.index("true_x")], rows[columns.index("true_y")]
+        on_arc = np.isin(run["move"], legs) & (run["phase"] == 1)
         worst = 0.0
         for leg in legs:
             arc = next(p for p in plan.legs[leg].pieces if p.curvature)
-            own_rows = on_arc & (move == leg)
+            rows = on_arc & (run["move"] == leg)
+            x, y = run["true_x"][rows] / 1e3, run["true_y"][rows] / 1e3
             radius = 1.0 / arc.curvature  # to the left of the way
             middle = arc.x - radius * arc.uy, arc.y + radius * arc.ux
-            away = np.hypot(x[own_rows] / 1e3 - middle[0], y[own_rows] / 1e3 - middle[1])
+            away = np.hypot(x - middle[0], y - middle[1])
             worst = max(worst, float(np.max(np.abs(away - 1.0 / abs(arc.curvature)))))
         judged[name] = worst
     return judged | {"half": math.nan, "inside": at_rest(found, bench, seed)["inside"]}
@@ -188,13 +192,10 @@ def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
         visits = targets.Visits(np.ones(3), np.ones(3), ends)
         machine, settings = measuring.ready(found.request.machine, found.settings)
         plan = targets.planned(machine, settings, visits)
-        blocks = Blocks()
-        performing.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
-        columns = [column.name for column in performing.columns(machine)]
-        rows = np.concatenate(blocks.blocks, axis=1)
-        own = rows[:, rows[columns.index("move")] == 2]
-        off = np.abs(own[columns.index("true_position")] / 1e3 - ends[2, 0]) > 5e-6
-        t = own[columns.index("t")]
+        run = performed(machine, settings, plan, seed, bench)
+        last = run["move"] == 2
+        off = np.abs(run["true_position"][last] / 1e3 - ends[2, 0]) > 5e-6
+        t = run["t"][last]
         times[name] = float(t[np.flatnonzero(off)[-1]] - t[0])
     return times | {"half": math.nan, "inside": math.nan}
 
@@ -222,17 +223,31 @@ ROWS = (
         reversal, "ms", 1e3),
 )  # fmt: skip
 
+NAMED = {row.name: row for row in ROWS}
+CHECK = "check"
+BENCHES = 20  # published ones
 
-def calibrated(name: str, k: int) -> dict[str, Any]:
-    """One machine of a row: the first as its file says, the others drawn."""
-    row = next(each for each in ROWS if each.name == name)
+
+def one(job: tuple[str, int]) -> dict[str, Any]:
+    """One machine of a row, or one check: the first as its file says, the others drawn."""
+    name, k = job
+    found = noticed(k) if name == CHECK else calibrated(NAMED[name], k)
+    return {"kind": name, "bench": k, **found}
+
+
+def calibrated(row: Row, k: int) -> dict[str, Any]:
+    """What the row's judge says of a machine."""
+    found = procedure.calibrate(request(row, k))
+    return row.judge(found, found.request.bench, k)
+
+
+def request(row: Row, k: int) -> Request:
+    """A calibration of a row."""
     machine, settings, bench = drawn(row, k)
-    request = Request(
+    return Request(
         machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench,
         cogging=row.judge is ripple, reversals=row.judge is contour,
     )  # fmt: skip
-    found = procedure.calibrate(request)
-    return {"row": name, "bench": k, **row.judge(found, bench, k)}
 
 
 def drawn(row: Row, k: int) -> tuple[Any, Any, Any]:
@@ -251,12 +266,10 @@ def drawn(row: Row, k: int) -> tuple[Any, Any, Any]:
 
 def noticed(k: int) -> dict[str, Any]:
     """Whether `--check` finds a calibration right that is, and wrong in each of three ways."""
-    row = next(each for each in ROWS if each.name == "backlash")
-    machine, settings, bench = drawn(row, k)
-    request = Request(machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench)
-    found = procedure.calibrate(request)
-    asked = request._replace(settings=found.settings, seed=k + 300)
-    drive = bench.drive
+    row = NAMED["backlash"]
+    found = procedure.calibrate(request(row, k))
+    asked = found.request._replace(settings=found.settings, seed=k + 300)
+    bench, drive = asked.bench, asked.bench.drive
     correction = found.settings.correction
     turn = 2.0 * math.pi * 1e-3 / correction.period  # the zero is 1 mm off
     a, b, *rest = correction.waves
@@ -274,7 +287,7 @@ def noticed(k: int) -> dict[str, Any]:
         ),
     }
     found_out = {way: not checking.check(each).axes[0].holds for way, each in wrong.items()}
-    return {"bench": k, "right": checking.check(asked).axes[0].holds, "noticed": found_out}
+    return {"right": checking.check(asked).axes[0].holds, "noticed": found_out}
 
 
 def measured_value(tree: Any, path: str) -> float:
@@ -289,81 +302,86 @@ def replaced(tree: Any, path: str, value: float) -> Any:
     return tree._replace(**{name: replaced(getattr(tree, name), rest, value) if rest else value})
 
 
-def table(found: list[dict[str, Any]]) -> str:
-    lines = [
-        "| machine | before | after, median | after, 95 % of machines | target | positions within "
-        "the printed half width |",
-        "|---|---|---|---|---|---|",
-    ]
+def rows(found: list[dict[str, Any]]) -> str:
+    """The machines' errors before and after, of each row that was measured."""
+    head = ["machine", "before", "after, median", "after, 95 % of machines", "target",
+            "positions within the printed half width"]  # fmt: skip
+    lines = []
     for row in ROWS:
-        own = [each for each in found if each["row"] == row.name]
+        own = [each for each in found if each["kind"] == row.name]
         if not own:
             continue
         before, after, inside = (
             np.array([e[key] for e in own]) for key in ("before", "after", "inside")
         )
-        cells = [
+        sizes = (np.median(before), np.median(after), np.quantile(after, 0.95))
+        lines.append([
             row.title,
-            f"{row.scale * np.median(before):.3g} {row.unit}",
-            f"{row.scale * np.median(after):.3g} {row.unit}",
-            f"{row.scale * np.quantile(after, 0.95):.3g} {row.unit}",
+            *(f"{row.scale * size:.3g} {row.unit}" for size in sizes),
             row.target,
             "" if np.isnan(inside).all() else f"{100 * np.nanmean(inside):.0f} %",
-        ]
-        lines.append(f"| {' | '.join(cells)} |")
-    rippled = [each for each in found if "whole after" in each]
-    if rippled:
-        names = ("whole before", "least before", "whole after", "least after")
-        shown = [f"{1e6 * np.median([e[name] for e in rippled]):.3g} um/s" for name in names]
-        lines += [
-            "",
-            "The row of the speed ripple, by the encoder over 0.1 s, shows what cogging adds. The "
-            f"total is {shown[0]} before and {shown[2]} after the calibration. Without any cogging "
-            f"it is {shown[1]} and {shown[3]}, from counts of the encoder.",
-        ]
-    held: dict[str, list[float]] = {}
+        ])  # fmt: skip
+    return measured_page.table(head, lines)
+
+
+def rippled(found: list[dict[str, Any]]) -> str:
+    """What the encoder's counts have of the speed ripple."""
+    names = ("whole before", "least before", "whole after", "least after")
+    shown = [f"{1e6 * np.median([each[name] for each in found]):.3g} um/s" for name in names]
+    return (
+        "\nThe row of the speed ripple, by the encoder over 0.1 s, shows what cogging adds. The "
+        f"total is {shown[0]} before and {shown[2]} after the calibration. Without any cogging "
+        f"it is {shown[1]} and {shown[3]}, from counts of the encoder.\n"
+    )
+
+
+def held(found: list[dict[str, Any]]) -> str:
+    """How many printed intervals contain the truth."""
+    kept: dict[str, list[float]] = {}
     for each in found:
         for key, value in each.items():
             if key.startswith("holds "):
-                held.setdefault(key.removeprefix("holds "), []).append(value)
-    lines += ["", "| printed interval | contains the true value |", "|---|---|"]
-    lines += [f"| {name} | {sum(v):.0f} of {len(v)} |" for name, v in sorted(held.items())]
-    return "\n".join(lines) + "\n"
+                kept.setdefault(key.removeprefix("holds "), []).append(value)
+    lines = [(name, f"{sum(v):.0f} of {len(v)}") for name, v in sorted(kept.items())]
+    return "\n" + measured_page.table(["printed interval", "contains the true value"], lines)
 
 
 def told(checks: list[dict[str, Any]]) -> str:
     """How many right and wrong calibrations `--check` tells apart."""
-    if not checks:
-        return ""
-    lines = ["", "| `--check` of | result |", "|---|---|"]
     right = sum(each["right"] for each in checks)
-    lines.append(f"| the machine that was calibrated | {right} of {len(checks)} pass |")
+    lines = [("the machine that was calibrated", f"{right} of {len(checks)} pass")]
     for way in checks[0]["noticed"]:
         found = sum(each["noticed"][way] for each in checks)
-        lines.append(f"| {way} | {found} of {len(checks)} are detected |")
-    return "\n".join(lines) + "\n"
+        lines.append((way, f"{found} of {len(checks)} are detected"))
+    return "\n" + measured_page.table(["`--check` of", "result"], lines)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--benches", type=int, default=20)
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--row", choices=[row.name for row in ROWS])
-    parser.add_argument("--quick", action="store_true")
-    chosen = parser.parse_args()
+def tables(every: list[dict[str, Any]]) -> dict[str, str]:
+    """All of them, of what was measured."""
+    of_ripple = [each for each in every if "whole after" in each]
+    checks = [each for each in every if each["kind"] == CHECK]
+    text = rows(every)
+    text += rippled(of_ripple) if of_ripple else ""
+    text += held(every)
+    text += told(checks) if checks else ""
+    return {"calibrations": text}
+
+
+def jobs(chosen: argparse.Namespace) -> list[Any]:
+    """Every machine to calibrate, then the checks."""
     if chosen.quick:
-        print(calibrated(ROWS[0].name, 1))
-        return
-    names = [row.name for row in ROWS if chosen.row in (None, row.name)]
-    jobs = [(name, k) for name in names for k in range(chosen.benches)]
-    with ProcessPoolExecutor(chosen.workers) as pool:
-        found = list(pool.map(calibrated, *zip(*jobs, strict=True)))
-        checks = list(pool.map(noticed, range(chosen.benches))) if chosen.row is None else []
-    made = table(found) + told(checks)
-    print(made)
-    if chosen.row is None:
-        measured_page.put(PAGE, "calibrations", made)
+        return [(ROWS[0].name, 1)]
+    number = measured_page.count(chosen, BENCHES)
+    return [(name, k) for name in (*NAMED, CHECK) for k in range(number)]
 
+
+STUDY = measured_page.Study(
+    measured_page.VALIDATION / "machines.md",
+    measured_page.RAW / "calibrations.json",
+    jobs,
+    one,
+    tables,
+)
 
 if __name__ == "__main__":
-    main()
+    measured_page.main(__doc__, STUDY)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from measured_page import table
+
 from macromicro.cli import command_line
 from macromicro.commands.tree import PROGRAM, Entry, Option, entries
 
@@ -25,17 +27,17 @@ def render() -> str:
     """The page."""
     found = entries(command_line())
     commands = [entry for entry in found if entry.path]
-    rows = [f"| [{_name(e)}](#{_anchor(e)}) | {_cell(e.short)} |" for e in commands]
-    listed = "\n".join(["| command | what it does |", "|---|---|", *rows])
-    return HEAD + listed + "\n\n" + "\n".join(map(section, commands))
+    rows = [(f"[{_name(e)}](#{_anchor(e)})", _cell(e.short)) for e in commands]
+    listed = table(("command", "what it does"), rows)
+    return HEAD + listed + "\n" + "\n".join(map(section, commands))
 
 
 def section(entry: Entry) -> str:
     """A command: how it is called, what it does, its arguments and options."""
     parts = [f"## {_name(entry)}", f"`{' '.join([_name(entry), *_usage(entry)])}`", entry.help]
     if entry.options:
-        rows = [f"| {_typed(o)} | {_cell(o.help)} | {_cell(o.default)} |" for o in entry.options]
-        parts.append("\n".join(["| option | what | default |", "|---|---|---|", *rows]))
+        rows = [(_typed(o), _cell(o.help), _cell(o.default)) for o in entry.options]
+        parts.append(table(("option", "what", "default"), rows).rstrip())
     return "\n\n".join(parts) + "\n"
 
 

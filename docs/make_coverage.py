@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).parent / "validation"
-RESULTS, PAGE = HERE / "coverage.json", HERE / "identification.md"
+from measured_page import VALIDATION, put, table
+
+RESULTS, PAGE = VALIDATION / "coverage.json", VALIDATION / "identification.md"
 ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of 68 and 95 %
 FEW = 20  # records with errors: below, a share is not significant
 MOST = 0.9  # of the records: above, the share that has errors is not shown
@@ -41,28 +42,25 @@ def span(shares: Iterable[float]) -> str:
     return "-".join(dict.fromkeys(f"{share:.0f}" for share in (ordered[0], ordered[-1])))
 
 
-def table(rows: list[dict[str, Any]]) -> str:
+def shares(rows: list[dict[str, Any]]) -> str:
     """A row for each method, a column for each disturbance."""
     kinds = list(dict.fromkeys(row["disturbance"] for row in rows))
-    lines = [f"| | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]
+    lines = []
     for method in dict.fromkeys(row["method"] for row in rows):
         cells = [
             [row for row in rows if (row["method"], row["disturbance"]) == (method, kind)]
             for kind in kinds
         ]
-        shown = (cell(found) if found else "-" for found in cells)
-        lines.append(f"| {method} | {' | '.join(shown)} |")
-    return "\n".join(lines) + "\n"
+        lines.append([method, *(cell(found) if found else "-" for found in cells)])
+    return table(["", *kinds], lines)
 
 
 def read(results: Path = RESULTS) -> list[dict[str, Any]]:
     """The rows of the benchmark's file, whose columns have their names once."""
-    table = json.loads(results.read_text(encoding="utf-8"))
-    rows = (zip(table["columns"], row, strict=True) for row in table["rows"])
+    kept = json.loads(results.read_text(encoding="utf-8"))
+    rows = (zip(kept["columns"], row, strict=True) for row in kept["rows"])
     return [{name: value for name, value in row if value is not None} for row in rows]
 
 
 if __name__ == "__main__":
-    from measured_page import put
-
-    put(PAGE, "coverage", table(read()))
+    put(PAGE, "coverage", shares(read()))

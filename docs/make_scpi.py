@@ -8,6 +8,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from measured_page import table
+
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.errors import TEXTS
 from macromicro.serve.scpi.status import OPERATION_BITS, QUESTIONABLE_BITS
@@ -15,10 +17,10 @@ from macromicro.serve.scpi.tree import COMMANDS
 
 FOLDER = Path(__file__).resolve().parent
 TEMPLATE, PAGE = FOLDER / "scpi.template.md", FOLDER / "scpi.md"
-HEAD = "| command | parameters | what | answer | who |\n|---|---|---|---|---|\n"
+HEAD = ("command", "parameters", "what", "answer", "who")
 
 
-def row(command: Command) -> str:
+def row(command: Command) -> list[str]:
     """A command as a line of the table."""
     taken = "; ".join(
         f"{'[' if p.optional else ''}*{p.name}*{']' if p.optional else ''}: {p.words()}"
@@ -26,28 +28,22 @@ def row(command: Command) -> str:
     )
     text, answer = (t.replace("*", "\\*") for t in (command.text, command.answer))
     cells = (f"`{command.header}`", taken, text, answer, command.access)
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
+    return [cell.replace("|", "\\|") for cell in cells]
 
 
 def bits(names: dict[int, str]) -> str:
     """Bits of a register."""
-    head = "| bit | value | meaning |\n|---|---|---|\n"
-    return head + "".join(f"| {k} | {1 << k} | {text} |\n" for k, text in names.items())
-
-
-def errors() -> str:
-    """Every number that may be queued."""
-    head = "| number | text |\n|---|---|\n"
-    return head + "".join(f"| {number} | {text} |\n" for number, text in TEXTS.items())
+    rows = [(str(k), str(1 << k), text) for k, text in names.items()]
+    return table(("bit", "value", "meaning"), rows)
 
 
 def render() -> str:
     """The page."""
     parts = {
-        "commands": HEAD + "".join(row(c) for c in COMMANDS),
+        "commands": table(HEAD, map(row, COMMANDS)),
         "operation": bits(OPERATION_BITS),
         "questionable": bits(QUESTIONABLE_BITS),
-        "errors": errors(),
+        "errors": table(("number", "text"), [(str(n), text) for n, text in TEXTS.items()]),
     }
     text = TEMPLATE.read_text(encoding="utf-8")
     return re.sub(r"<<(\w+)>>", lambda m: parts[m[1]].rstrip(), text)

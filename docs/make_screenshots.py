@@ -1,18 +1,19 @@
 """Draws the pages as Chromium shows them: docs/figures/reproduction.png, the top of the page
 that `macromicro reproduce` writes, and docs/figures/serve.png and serve-phone.png, the live page
-after some moves of the virtual bench (needs selenium and the extra `web`).
+after some moves of the virtual bench (needs selenium).
 
     python docs/make_screenshots.py [--quick: of the live page, into a folder that is deleted]
 """
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from importlib.util import find_spec
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,37 +29,8 @@ MOVES = (
 )
 
 
-def shoot(page: Path, picture: Path) -> None:
-    """A picture [PNG] of the page's first screen. Raises CalledProcessError, FileNotFoundError."""
-    browser = shutil.which("chromium")
-    if browser is None:
-        raise FileNotFoundError("no chromium here; `make browser` installs it")
-    with tempfile.TemporaryDirectory() as profile:
-        subprocess.run(
-            [
-                browser,
-                "--headless",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--disable-quic",
-                "--disable-dev-shm-usage",
-                "--no-first-run",
-                "--disable-background-networking",
-                "--disable-component-update",
-                "--disable-sync",
-                "--hide-scrollbars",
-                f"--user-data-dir={profile}",
-                f"--window-size={WIDTH},{HEIGHT}",
-                f"--screenshot={picture}",
-                page.as_uri(),
-            ],
-            check=True,
-            stderr=subprocess.DEVNULL,
-            timeout=120,
-        )
-
-
-def browser(profile: str) -> Any:
+@contextlib.contextmanager
+def browser() -> Iterator[Any]:
     """Chromium that can be driven, and reaches this computer only."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
@@ -67,10 +39,32 @@ def browser(profile: str) -> Any:
     options.binary_location = str(shutil.which("chromium"))
     rules = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
     flags = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run")
-    more = ("--disable-dev-shm-usage", "--hide-scrollbars", rules, f"--user-data-dir={profile}")
-    for flag in (*flags, *more, f"--window-size={WIDTH},{HEIGHT}"):
-        options.add_argument(flag)
-    return webdriver.Chrome(options, Service(str(shutil.which("chromedriver"))))
+    with tempfile.TemporaryDirectory() as profile:
+        more = ("--disable-dev-shm-usage", "--hide-scrollbars", f"--user-data-dir={profile}")
+        for flag in (*flags, *more, rules, f"--window-size={WIDTH},{HEIGHT}"):
+            options.add_argument(flag)
+        driver = webdriver.Chrome(options, Service(str(shutil.which("chromedriver"))))
+        try:
+            yield driver
+        finally:
+            driver.quit()
+
+
+def resized(driver: Any, width: int, height: int, scale: int, *, mobile: bool) -> None:
+    """Show pages in so many pixels."""
+    size = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": mobile}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+
+def reproduction(picture: Path) -> None:
+    """A picture [PNG] of the first screen of the page that `macromicro reproduce` writes."""
+    with tempfile.TemporaryDirectory() as folder, browser() as driver:
+        out = Path(folder) / "reproduction"
+        command = [sys.executable, "-m", "macromicro", "reproduce", "--out", str(out)]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        resized(driver, WIDTH, HEIGHT, 1, mobile=False)
+        driver.get((out / "reproduction.html").as_uri())
+        driver.save_screenshot(str(picture))
 
 
 def live(picture: Path, phone: Path) -> None:
@@ -79,36 +73,31 @@ def live(picture: Path, phone: Path) -> None:
     from macromicro.serve.station import Station
     from macromicro.serve.web import WebServer
 
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, browser() as driver:
         station = Station(state=Path(folder) / "state.json")
         with station, WebServer(station, port=0, folder=Path(folder)) as server:
-            driver = browser(f"{folder}/profile")
-            try:
-                driver.get(server.url)
-                for button in ("#take", "[data-do=enable]", "[data-do=home]"):
-                    time.sleep(1.0)
-                    driver.find_element("css selector", button).click()
-                for kind, value in MOVES:
-                    time.sleep(0.5)
-                    wait_for_rest(station)
-                    order = "arguments[0].value = arguments[1]"
-                    driver.execute_script(order, driver.find_element("id", "move-kind"), kind)
-                    field = driver.find_element("id", "move-value")
-                    field.clear()
-                    field.send_keys(value + "\n")
+            driver.get(server.url)
+            for button in ("#take", "[data-do=enable]", "[data-do=home]"):
+                time.sleep(1.0)
+                driver.find_element("css selector", button).click()
+            for kind, value in MOVES:
                 time.sleep(0.5)
                 wait_for_rest(station)
-                time.sleep(0.5)
-                driver.save_screenshot(str(picture))
-                size = {"width": 360, "height": 740, "deviceScaleFactor": 2, "mobile": True}
-                driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-                dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
-                driver.execute_cdp_cmd("Emulation.setEmulatedMedia", dark)
-                driver.execute_script("document.querySelector('#signals').scrollIntoView()")
-                time.sleep(3.0)
-                driver.save_screenshot(str(phone))
-            finally:
-                driver.quit()
+                order = "arguments[0].value = arguments[1]"
+                driver.execute_script(order, driver.find_element("id", "move-kind"), kind)
+                field = driver.find_element("id", "move-value")
+                field.clear()
+                field.send_keys(value + "\n")
+            time.sleep(0.5)
+            wait_for_rest(station)
+            time.sleep(0.5)
+            driver.save_screenshot(str(picture))
+            resized(driver, 360, 740, 2, mobile=True)
+            dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
+            driver.execute_cdp_cmd("Emulation.setEmulatedMedia", dark)
+            driver.execute_script("document.querySelector('#signals').scrollIntoView()")
+            time.sleep(3.0)
+            driver.save_screenshot(str(phone))
 
 
 def wait_for_rest(station: Any) -> None:
@@ -121,21 +110,13 @@ def wait_for_rest(station: Any) -> None:
 
 
 def main() -> None:
-    """Reproduce everything, move the virtual bench, and write the pictures."""
+    """Move the virtual bench, reproduce everything, and write the pictures."""
     if "--quick" in sys.argv:
         with tempfile.TemporaryDirectory() as scratch:
             live(Path(scratch) / LIVE.name, Path(scratch) / PHONE.name)
         return
-    FIGURES.mkdir(parents=True, exist_ok=True)
-    if find_spec("selenium") and find_spec("websockets"):
-        live(LIVE, PHONE)
-    else:
-        print("no picture of the live page without selenium and websockets: make test")
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "reproduction"
-        command = [sys.executable, "-m", "macromicro", "reproduce", "--out", str(out)]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        shoot(out / "reproduction.html", PICTURE)
+    live(LIVE, PHONE)
+    reproduction(PICTURE)
 
 
 if __name__ == "__main__":

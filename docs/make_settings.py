@@ -10,6 +10,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from measured_page import table
+
 from macromicro.machines import compositions
 from macromicro.schema import figures
 from macromicro.schema.par import Entry, entries
@@ -53,18 +55,18 @@ def render() -> str:
         every.sort(key=lambda e: tree._fields.index(e.path.partition(".")[0]))
         own = [e for e in every if name in (AXIS, TWO_STAGE) or _key(e) not in axis]
         parts.append(f"## `{name}`\n\n{about}\n")
-        parts += [table(group, list(found), derived) for group, found in groupby(own, _group)]
+        parts += [listed(group, list(found), derived) for group, found in groupby(own, _group)]
     return "\n".join(parts)
 
 
-def table(group: str, found: list[Entry], derived: set[str]) -> str:
+def listed(group: str, found: list[Entry], derived: set[str]) -> str:
     """The keys of one table of a file."""
-    lines = "".join(
-        f"| `{e.path.rpartition('.')[2]}` | {_default(e, derived)} | {_cell(e.par.meaning)} |\n"
-        for e in found
-    )
     head = f"`[{group}]`" if group else "At the head of the file"
-    return f"{head}\n\n| key | default | meaning |\n|---|---|---|\n{lines}"
+    rows = [
+        (f"`{e.path.rpartition('.')[2]}`", _default(e, derived), e.par.meaning.replace("|", "\\|"))
+        for e in found
+    ]
+    return f"{head}\n\n{table(('key', 'default', 'meaning'), rows)}"
 
 
 def _settings(name: str) -> Any:
@@ -89,10 +91,6 @@ def _default(entry: Entry, derived: set[str]) -> str:
         return str(value)
     several = value if isinstance(value, tuple) else (value,)
     return ", ".join(shown(each, par.unit, par.shown, 4) for each in several)
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
 
 
 if __name__ == "__main__":

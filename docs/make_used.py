@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable
 from typing import NamedTuple
 
-import make_beyond
+import beyond
 import make_beyond_both
 import measured_page
 import numpy as np
@@ -101,21 +101,15 @@ def _driving(run: Recording) -> float:
 
 def told(settings: Settings) -> str:
     """The table."""
-    heads = [name.replace(",", " and ") for name in LAWS]
-    lines = [f"| | allowed | {' | '.join(heads)} |", "|---" * (2 + len(LAWS)) + "|"]
-    runs = [
-        api.run(
-            PROGRAMME, settings=settings._replace(controller=settings.controller.joined(law, ""))
-        )
-        for law in LAWS
+    runs = [api.run(PROGRAMME, settings=beyond.under(settings, law)) for law in LAWS]
+    lines = [
+        [row.name, row.allowed, *(f"{row.of(run, settings):.{row.digits}f}" for run in runs)]
+        for row in rows(settings)
     ]
-    for row in rows(settings):
-        cells = [f"{row.of(run, settings):.{row.digits}f}" for run in runs]
-        lines.append(f"| {row.name} | {row.allowed} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+    return measured_page.table(["", "allowed", *(n.replace(",", " and ") for n in LAWS)], lines)
 
 
 if __name__ == "__main__":
     table = told(Settings())
     if "--quick" not in sys.argv:
-        measured_page.put(make_beyond.PAGE, "used", table)
+        measured_page.put(beyond.PAGE, "used", table)

@@ -1,36 +1,23 @@
 """The page of the architecture: its drawing is that of today's imports, its files exist."""
 
-import importlib.util
 import re
 from pathlib import Path
-from types import ModuleType
 
-import pytest
+import make_architecture
+import measured_page
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "ARCHITECTURE.md"
 
 
-@pytest.fixture(scope="module")
-def maker() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make", ROOT / "docs" / "make_architecture.py")
-    assert spec is not None and spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
-
-
-def test_the_drawing_is_of_today(maker: ModuleType) -> None:
+def test_the_drawing_is_of_today() -> None:
     """`python docs/make_architecture.py` brings it up to date."""
-    page = PAGE.read_text("utf-8")
-    assert maker.render(page) == page
+    assert measured_page.blocks(PAGE)["rooms"] == make_architecture.drawing()
 
 
-def test_a_room_stands_above_what_it_imports_and_beside_what_imports_it_back(
-    maker: ModuleType,
-) -> None:
+def test_a_room_stands_above_what_it_imports_and_beside_what_imports_it_back() -> None:
     imports = {"top": {"left", "base"}, "left": {"right"}, "right": {"left", "base"}}
-    assert maker.levels(imports) == {"base": 1, "left": 2, "right": 2, "top": 3}
+    assert make_architecture.levels(imports) == {"base": 1, "left": 2, "right": 2, "top": 3}
 
 
 def test_files_that_it_names_exist() -> None:

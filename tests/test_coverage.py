@@ -6,6 +6,7 @@ import importlib.util
 from pathlib import Path
 from types import ModuleType
 
+import make_coverage as DOCS
 import numpy as np
 import pytest
 
@@ -20,12 +21,12 @@ def loaded(path: str) -> ModuleType:
     return module
 
 
-BENCH, DOCS = loaded("benchmarks/intervals.py"), loaded("docs/make_coverage.py")
+BENCH = loaded("benchmarks/intervals.py")
 
 
 def test_the_page_is_that_of_its_figures() -> None:
     rows = DOCS.read()
-    shown = f"<!-- coverage -->\n{DOCS.table(rows)}<!-- end -->"
+    shown = f"<!-- coverage -->\n{DOCS.shares(rows)}<!-- end -->"
     assert shown in DOCS.PAGE.read_text(encoding="utf-8")
     methods = {r["method"] for r in rows}
     assert {"drive, inverse dynamics", "drive, output error"} < methods

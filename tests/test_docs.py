@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
+from collections import Counter
 from pathlib import Path
-from types import ModuleType
 
-import pytest
+import make_bench
+import make_examples
+import make_figures
+import make_settings
+import measured_page
 
 from macromicro import programme
 from macromicro.machines import guard_words
 from macromicro.recorded import COLUMNS
 from macromicro.rig import faults
+from macromicro.rig.board import protocol
 from macromicro.rig.limits import Limits
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
@@ -21,33 +25,21 @@ DOCS = Path(__file__).parents[1] / "docs"
 VALIDATION = DOCS / "validation"
 
 
-def loaded(name: str) -> ModuleType:
-    """A maker of docs/ as a module."""
-    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def maker() -> ModuleType:
-    """docs/make_bench.py as a module."""
-    return loaded("make_bench")
-
-
-def test_bench_page_is_up_to_date(maker: ModuleType) -> None:
+def test_bench_page_is_up_to_date() -> None:
     """Text and every default are as the code has them; `make docs` brings it up to date."""
     page = (VALIDATION / "bench.md").read_text(encoding="utf-8")
-    assert page == maker.render(maker.blocks(VALIDATION / "bench.md"))
+    assert page == make_bench.render(measured_page.blocks(VALIDATION / "bench.md"))
 
 
 def test_the_figures_can_be_drawn_anew() -> None:
     """docs/make_figures.py has what it imports, and its pictures are there."""
-    module = loaded("make_figures")
-    assert module.PICTURE.is_file() and module.PROFILE.is_file() and module.PATH.is_file()
-    assert len(module.draw_profile().axes) == 4
-    assert len(module.draw_path().axes) == 1
+    assert (
+        make_figures.PICTURE.is_file()
+        and make_figures.PROFILE.is_file()
+        and make_figures.PATH.is_file()
+    )
+    assert len(make_figures.draw_profile().axes) == 4
+    assert len(make_figures.draw_path().axes) == 1
 
 
 def test_running_page_names_every_column() -> None:
@@ -73,9 +65,8 @@ def test_troubleshooting_names_every_fault() -> None:
 
 def test_settings_page_is_up_to_date() -> None:
     """As docs/make_settings.py writes it, with limits of the guard and parameters of the bench."""
-    maker = loaded("make_settings")
     text = (DOCS / "settings.md").read_text(encoding="utf-8")
-    assert text == maker.render()
+    assert text == make_settings.render()
     of_bench = [e for e in entries(Settings()) if e.path.startswith(("bench.", "sensors."))]
     assert len(of_bench) > 60
     for name in (*Limits._fields, *(e.path.rpartition(".")[2] for e in of_bench)):
@@ -83,10 +74,25 @@ def test_settings_page_is_up_to_date() -> None:
 
 
 def test_examples_page_is_up_to_date() -> None:
-    """Twenty commands, whose pictures are there."""
-    maker = loaded("make_examples")
-    assert (DOCS / "examples.md").read_text(encoding="utf-8") == maker.render()
-    assert len(maker.EXAMPLES) == len(list(maker.PICTURES.iterdir())) == 20
+    """Twenty examples, whose pictures are there, and the machine files of today."""
+    page = (DOCS / "examples.md").read_text(encoding="utf-8")
+    assert make_examples.machines() in page
+    examples = make_examples.EXAMPLE.findall(page)
+    assert len(examples) == 20 and all(map(make_examples.COMMAND.findall, examples))
+    shown = {name for each in examples for name in make_examples.PICTURE.findall(each)}
+    assert shown == {
+        p.relative_to(make_examples.PICTURES).as_posix()
+        for p in make_examples.PICTURES.rglob("*.png")
+    }
+
+
+def test_the_wiring_diagram_shows_every_pin() -> None:
+    """Once, and as many resistors to ground as there are pins that need one."""
+    svg = (DOCS / "figures" / "wiring.svg").read_text(encoding="utf-8")
+    labels = Counter(re.findall(r"<text[^>]*>([^<]*)</text>", svg))
+    pins = [pin for pin in protocol.table("pins").values() if isinstance(pin, dict)]
+    assert len(pins) > 10 and all(labels[pin["pin"]] == 1 for pin in pins)
+    assert labels["R"] == sum("10 kohm to ground" in pin["to"] for pin in pins)
 
 
 def test_running_page_s_examples_load(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import pytest
 
 import macromicro
 from macromicro import kernel, types
-from website import reference
+from tests import public_names
 
 PACKAGE = Path(macromicro.__file__).parent
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
@@ -89,7 +89,7 @@ WITHOUT = {
 
 def functions(module: str) -> Iterator[tuple[str, Function]]:
     """The public functions and methods of a listed module, wherever they are defined."""
-    for named in reference.public(reference.full(module)):
+    for named in public_names.public(public_names.full(module)):
         home = sys.modules[str(_thing(named.name).__module__)]
         tree = ast.parse(Path(str(home.__file__)).read_text(encoding="utf-8"))
         name = named.home.removeprefix(f"{home.__name__}.")
@@ -221,7 +221,7 @@ def test_examples_run(module: str) -> None:
     finder = doctest.DocTestFinder(exclude_empty=True)
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
     failed: list[str] = []
-    for named in reference.public(reference.full(module)):
+    for named in public_names.public(public_names.full(module)):
         for each in finder.find(_thing(named.name), named.name, globs={}):
             runner.run(each, out=failed.append)
     assert "".join(failed) == ""
@@ -240,7 +240,7 @@ def needs_one(thing: Any) -> bool:
 
 
 def test_a_public_function_or_class_has_an_example() -> None:
-    named = [each for module in PUBLIC for each in reference.public(reference.full(module))]
+    named = [each for module in PUBLIC for each in public_names.public(public_names.full(module))]
     things = {each.home: _thing(each.name) for each in named}
     without = {home for home, each in things.items() if needs_one(each) and not exampled(each)}
     assert without == set(WITHOUT)
@@ -253,13 +253,17 @@ def test_an_example_elsewhere_exists(why: str) -> None:
 
 
 def test_an_example_is_needed_by_what_takes_arguments() -> None:
-    assert needs_one(macromicro.InputError) and needs_one(reference.Page)
+    assert needs_one(macromicro.InputError) and needs_one(public_names.Named)
     assert not needs_one(macromicro.ArrivalWarning) and not needs_one(types.Clock)
 
 
 def test_the_list_is_what_the_reference_shows_for_callers() -> None:
-    called = {name for page in reference.PAGES if page.called for name in page.modules}
-    assert called == set(PUBLIC)
+    """Users read what physics and laws compute, but do not call it."""
+    shown = {name.removeprefix("macromicro.") for name in public_names.shown()}
+    assert {
+        name for name in shown - set(PUBLIC) if not name.startswith(("plant.", "control."))
+    } == set()
+    assert set(PUBLIC) <= shown
 
 
 HALF = '''

@@ -31,7 +31,7 @@ def both(page: ModuleType) -> Iterator[ModuleType]:
     import make_beyond_both
 
     yield make_beyond_both
-    for name in ("make_used", "make_beyond_both", "make_beyond_micro", "make_beyond"):
+    for name in ("make_used", "make_beyond_both", "make_beyond_micro", "make_beyond", "beyond"):
         sys.modules.pop(name, None)
 
 
@@ -47,6 +47,7 @@ def _one(job: tuple[str, int, int]) -> dict[str, Any]:
         (["--only", "1"], [("a", 1), ("b", 1)]),
         (["--kind", "b"], [("b", 0), ("b", 1), ("b", 2)]),
         (["--kind", "b", "--only", "0", "2"], [("b", 0), ("b", 2)]),
+        (["--rest"], []),
     ],
 )
 def test_only_some_benches_are_measured_anew(
@@ -57,10 +58,11 @@ def test_only_some_benches_are_measured_anew(
     kept = [{"kind": kind, "bench": k, "value": 0} for kind in "ab" for k in range(3)]
     results.write_text(json.dumps(kept))
     written: list[Any] = []
-    page.main(
-        None, results, lambda _: [(kind, k, 7) for kind in "ab" for k in range(3)], _one,
-        written.append, lambda _: {}, given,
+    shown = page.Study(
+        tmp_path / "page.md", results, lambda _: [(kind, k, 7) for kind in "ab" for k in range(3)],
+        _one, lambda _: {}, written.append,
     )  # fmt: skip
+    page.main(None, shown, given)
     wanted = [{**b, "value": 7 if (b["kind"], b["bench"]) in renewed else 0} for b in kept]
     assert json.loads(results.read_text()) == wanted == written[0]
 
@@ -70,16 +72,25 @@ def test_other_seeds_leave_the_page_alone(
 ) -> None:
     """`--seed 3` draws with it, prints the tables, and writes beside the published results."""
     results = tmp_path / "found.json"
-    page.main(
-        None, results, lambda chosen: [("a", 1, page.seed(chosen, 7))], _one,
-        lambda _: pytest.fail("the page was written"),
+    study = page.Study(
+        tmp_path / "page.md", results, lambda chosen: [("a", 1, page.seed(chosen, 7))], _one,
         lambda every: {"mark": f"value {every[0]['value']}"},
-        ["--seed", "3", "--scratch", str(tmp_path / "scratch")],
+        lambda _: pytest.fail("a figure was drawn"),
     )  # fmt: skip
+    page.main(None, study, ["--seed", "3", "--scratch", str(tmp_path / "scratch")])
     assert capsys.readouterr().out == "mark\nvalue 3\n"
     assert not results.exists()
     beside = tmp_path / "scratch" / "found-seed-3.json"
     assert json.loads(beside.read_text()) == [{"kind": "a", "bench": 1, "value": 3}]
+
+
+def test_a_table_is_written_between_its_marks(page: ModuleType, tmp_path: Path) -> None:
+    place = tmp_path / "page.md"
+    place.write_text("A\n<!-- one -->\nold\n<!-- end -->\n<!-- two -->\n<!-- end -->\n")
+    page.put(place, "one", page.table(["", "b"], [["1", ""], ["a|b", "2"]]))
+    assert page.blocks(place) == {"one": "|  | b |\n|---|---|\n| 1 |  |\n| a|b | 2 |\n", "two": ""}
+    with pytest.raises(SystemExit, match="no mark three"):
+        page.put(place, "three", "")
 
 
 def test_published_seed_without_another(page: ModuleType) -> None:
@@ -103,9 +114,10 @@ def test_a_bench_without_limits_counts_for_all_else(both: ModuleType) -> None:
     late = _both([_return(0.5), *[_return(0.5)] * 8, _return(None)])
     slow = _both([_return(0.5)] * 9 + [_return(1.4)])  # the hold of 2 s would hide how late it is
     for bench in (stopped, warm, late, slow):
-        assert both.rows([bench], "law") == [[0.4], [0.1], [0.2], [0.3], [], [], []]
+        assert [*both.rows([bench], "law").values()] == [[0.4], [0.1], [0.2], [0.3], [], [], []]
     good = _both([_return(0.5)] * 9 + [_return(0.75, 1.5)])
-    assert both.rows([stopped, warm, good], "law")[4:] == [[2.0], [1.5], [1.5]]
+    found = both.rows([stopped, warm, good], "law")
+    assert [*found.values()][4:] == [[2.0], [1.5], [1.5]]
 
 
 def test_a_place_that_no_input_reaches_has_no_limit(both: ModuleType) -> None:

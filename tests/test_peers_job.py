@@ -23,8 +23,7 @@ from macromicro.models import macro
 
 PEERS = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
 NAMES = (
-    "job", "rollout", "compiling", "c_loop", "timing", "preisach_rate", "exported", "beside_c",
-    "environments", "peers",
+    "job", "compiling", "loops", "preisach_rate", "environments", "peers",
 )  # fmt: skip
 
 needs_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) here")
@@ -46,7 +45,7 @@ def peers() -> Iterator[dict[str, ModuleType]]:
 
 def trajectory(peers: dict[str, ModuleType], job: Any, kernel: Any) -> Any:
     out = np.empty((2, job.samples))
-    kernel(*peers["rollout"].arguments(job), out)
+    kernel(*peers["loops"].arguments(job), out)
     return out
 
 
@@ -104,7 +103,7 @@ def test_compiled_interpreted_and_by_hand_agree_in_every_sample(
 
 def test_closed_loop_is_the_rollout(peers: dict[str, ModuleType]) -> None:
     job = peers["job"].default()
-    model, law = peers["rollout"].parts(job)
+    model, law = peers["loops"].parts(job)
     found = macro.closed_loop(model, law, np.full(job.samples, job.target), counted=True)
     assert np.array_equal(found, trajectory(peers, job, compiled(macro.rollout)))
     assert abs(found[0][-1] - job.target) <= 2.0
@@ -112,7 +111,7 @@ def test_closed_loop_is_the_rollout(peers: dict[str, ModuleType]) -> None:
 
 def test_without_an_encoder_the_law_sees_the_position_itself(peers: dict[str, ModuleType]) -> None:
     job = peers["job"].default()._replace(samples=2000)
-    model, law = peers["rollout"].parts(job)
+    model, law = peers["loops"].parts(job)
     aim = np.full(job.samples, job.target)
     x, volts = macro.closed_loop(model, law, aim)
     error = aim - x
@@ -144,7 +143,7 @@ def test_c_and_the_package_agree_in_every_sample(
     chosen = getattr(peers["compiling"], flags)
     place = peers["compiling"].library("loop.c", tmp_path, chosen)
     for job in jobs(peers):
-        loop = peers["c_loop"].loop(job, place)
+        loop = peers["loops"].in_c(job, place)
         loop.run()
         assert np.array_equal(loop.out, trajectory(peers, job, compiled(macro.rollout)))
 

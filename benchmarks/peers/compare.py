@@ -15,8 +15,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import beside_c
 import job as common
+import loops
 import peers
 import preisach_rate
 from compiling import NoCompilerError, version
@@ -51,6 +51,25 @@ def machine() -> dict[str, Any]:
     }
 
 
+def show(record: dict[str, Any]) -> None:
+    """The tables beside C."""
+    print(f"\n{'one job, turn by turn':28}{'median':>10}{'least':>10}{'to C':>8}{'to native':>11}")
+    for row in record["beside_c"]:
+        print(
+            f"{row['what']:28}{1e6 * row['median']:7.1f} us{1e6 * row['least']:7.1f} us"
+            f"{row['ratio_of_least']:8.2f}{row['ratio_to_native']:11.2f}   off by "
+            f"{row['counts_off']:g} counts, {row['volts_off']:g} V"
+        )
+    print(f"\n{'Preisach, samples/s':28}{'run':>10}{'kernel':>10}{'C':>10}{'C native':>10}")
+    for row in record["preisach"]:
+        best = [row[key][1] for key in ("run", "kernel", "c", "c_native")]
+        print(
+            f"{row['signal']:28}" + "".join(f"{rate:10.3g}" for rate in best)
+            + f"   C over run {best[2] / best[0]:.2f}, over kernel {best[2] / best[1]:.2f}"
+            + f", native over kernel {best[3] / best[1]:.2f}; off by {row['difference']:g}"
+        )  # fmt: skip
+
+
 def main(wanted: list[str]) -> int:
     """Measure, print, write; 2 for a name that no peer has, 1 where a quick run found no C."""
     quick = "--quick" in wanted
@@ -70,11 +89,11 @@ def main(wanted: list[str]) -> int:
         job = common.default()
         record["job"] = job._asdict()
         try:
-            record["beside_c"] = beside_c.measure(job, folder, 1 if quick else 300)
+            record["beside_c"] = loops.measure(job, folder, 1 if quick else 300)
             record["preisach"] = [
                 row._asdict() for row in preisach_rate.measure(folder, 1 if quick else 11)
             ]
-            beside_c.show(record)
+            show(record)
         except NoCompilerError as problem:
             record["without_c"] = str(problem)
             print(f"no comparison with C: {problem}")

@@ -6,14 +6,15 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from c_loop import compiled
+from compiling import library
 from job import Job
+from loops import in_c
 from peer import Run, main
 
 
 def prepare(job: Job) -> Run:
     """The loop in a fresh library."""
-    made = compiled(job, Path(tempfile.mkdtemp()))
+    made = in_c(job, library("loop.c", Path(tempfile.mkdtemp())))
 
     def run() -> tuple[Any, Any]:
         made.run()

@@ -11,7 +11,7 @@ from peer import Run, main
 def prepare(job: Job) -> Run:
     """One call a run, arrays and checks included."""
     import numpy as np
-    from rollout import parts
+    from loops import parts
 
     from macromicro.models import macro
 

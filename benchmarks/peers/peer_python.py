@@ -11,7 +11,7 @@ from peer import Run, main
 def prepare(job: Job) -> Run:
     """The kernels without the compiler."""
     import numpy as np
-    from rollout import arguments
+    from loops import arguments
 
     from macromicro.models import macro
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import environments
 import numpy as np
 from job import Job, written
-from rollout import arguments
+from loops import REFERENCE, arguments
 
 from macromicro.models import macro
 
@@ -28,7 +28,6 @@ class Peer(NamedTuple):
     package: str = ""
 
 
-REFERENCE = "C, cc -O3"
 PEERS = (
     Peer(REFERENCE, "peer_c.py"),
     Peer("macromicro", "peer_package.py"),

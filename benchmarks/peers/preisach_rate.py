@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from compiling import NATIVE, PLAIN, library
-from timing import alternating
+from loops import alternating
 
 from macromicro.hysteresis import FodTable, Preisach, fresh, from_density
 from macromicro.hysteresis.everett import Everett

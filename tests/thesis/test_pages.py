@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
+import make_bench
+import measured_page
 import pytest
 
 from macromicro.thesis.claims import DIFFERS, STATEMENTS, Claim
@@ -17,33 +17,21 @@ DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")
-def maker() -> ModuleType:
-    """docs/make_bench.py as a module."""
-    spec = importlib.util.spec_from_file_location("make_bench", DOCS / "make_bench.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
 def now() -> list[Claim]:
     return [measured(name) for name in STATEMENTS]
 
 
-def test_readme_has_what_is_measured_now(maker: ModuleType, now: list[Claim]) -> None:
-    assert maker.blocks(ROOT / "README.md")["count"] == maker.counted(now)
+def test_readme_has_what_is_measured_now(now: list[Claim]) -> None:
+    assert measured_page.blocks(ROOT / "README.md")["count"] == make_bench.counted(now)
 
 
-def test_reproduction_page_counts_and_names_what_differs(
-    maker: ModuleType, now: list[Claim]
-) -> None:
+def test_reproduction_page_counts_and_names_what_differs(now: list[Claim]) -> None:
     page = (DOCS / "validation" / "reproduce.md").read_text(encoding="utf-8")
-    blocks = maker.blocks(DOCS / "validation" / "reproduce.md")
-    assert blocks["count"] == maker.counted(now)
-    assert blocks["bands"] == maker.bands(now)
-    assert blocks["turned"] == maker.turned()
-    assert blocks["misprints"] == maker.misprints()
+    blocks = measured_page.blocks(DOCS / "validation" / "reproduce.md")
+    assert blocks["count"] == make_bench.counted(now)
+    assert blocks["bands"] == make_bench.bands(now)
+    assert blocks["turned"] == make_bench.turned()
+    assert blocks["misprints"] == make_bench.misprints()
     for claim in now:
         assert (f"- **{claim.id}**:" in page) == (claim.verdict == DIFFERS), claim.id
 

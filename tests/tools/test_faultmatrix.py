@@ -57,7 +57,7 @@ def test_when_outputs_are_off_for_good() -> None:
     assert math.isnan(judged(off, on).off)
 
 
-def test_the_table_and_its_place(tmp_path: Path) -> None:
+def test_faults_of_one_effect_share_a_row() -> None:
     cells = [
         Cell("wire", "motor-dead", "moving", SAFE_, "stuck", 0.25),
         Cell("wire", "motor-dead", "disabled", UNSEEN, "nothing moves"),
@@ -68,10 +68,6 @@ def test_the_table_and_its_place(tmp_path: Path) -> None:
     assert "| `motor-dead` | stuck | 0.25 s | disabled: nothing moves | - |" in text
     assert "| `encoder-jump` | **moving: FALSELY TRUSTED: 1 mm off** | - | - | disabled |" in text
     assert table.bad(cells) == [cells[2]]
-    page = tmp_path / "page.md"
-    page.write_text(f"before\n{table.BEGIN}\nold\n{table.END}\nafter\n")
-    table.write(page, text)
-    assert page.read_text() == f"before\n{text}after\n"
 
 
 @pytest.fixture(scope="module")

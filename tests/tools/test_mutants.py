@@ -4,7 +4,7 @@ import importlib.util
 import inspect
 import subprocess
 import sys
-import types
+import time
 from pathlib import Path
 
 import pytest
@@ -134,43 +134,20 @@ def test_killed_mutants_pass():
 
 
 @pytest.fixture
-def swift(monkeypatch):
+def running(monkeypatch):
     monkeypatch.syspath_prepend(str(TOOL))
-    import swift
+    import running
 
-    yield swift
-    for name in ("swift", "running", "beside", "operators"):
+    yield running
+    for name in ("running", "beside", "operators"):
         sys.modules.pop(name, None)
 
 
-CLASSES = """
-START = {start}
-class Stage:
-    @property
-    def place(self):
-        return {start} + 1.0
-    def move(self, by=2.0):
-        return self.place {sign} by
-def both(stage):
-    return stage.move() + START
-"""
-
-
-def test_functions_get_their_new_code_wherever_they_are_known(swift):
-    module = types.ModuleType("exchanged")
-    module.__file__ = "exchanged.py"
-    exec(compile(CLASSES.format(start=3.0, sign="+"), "exchanged.py", "exec"), vars(module))
-    stage, both = module.Stage(), module.both  # as others that have imported them
-    assert both(stage) == 9.0
-    swift.exchange(module, CLASSES.format(start=5.0, sign="-"))
-    assert (stage.place, stage.move()) == (6.0, 4.0)
-    assert both(stage) == 7.0  # what the module did when it was loaded stays
-
-
-def test_only_what_is_inside_a_function_can_be_exchanged(swift, operators):
-    text = "LIMIT = 2.0\n\n\ndef step(a, b=3.0):\n    return a > 1.0\n"
-    fit = {m.after.strip() for m in operators.mutants(text) if swift.fitting(text, m)}
-    assert fit == {"return a > (1000.0)", "return (a <= 1.0)"}
+def test_a_forked_process_is_judged_by_how_it_ends(running):
+    assert running.forked(lambda: True, 60.0) == running.SURVIVED
+    assert running.forked(lambda: False, 60.0) == running.KILLED
+    assert running.forked(lambda: bool(1 / 0), 60.0) == running.KILLED
+    assert running.forked(lambda: not time.sleep(60.0), 0.1) == running.TIMED_OUT
 
 
 @pytest.mark.parametrize(
@@ -184,29 +161,29 @@ def test_only_what_is_inside_a_function_can_be_exchanged(swift, operators):
         ("STUCK = 1.0\n", True),
     ],
 )
-def test_what_changes_machine_code_finds_none_in_a_cache(swift, operators, text, fresh):
+def test_what_changes_machine_code_finds_none_in_a_cache(running, operators, text, fresh):
     """numba's index knows neither a function's constants nor those of other files."""
     (mutant,) = (m for m in operators.mutants(text) if m.kind == "number")
-    assert swift.new_machine_code(text, mutant) is fresh
+    assert running.new_machine_code(text, mutant) is fresh
 
 
-def test_kernels_are_kept_in_one_folder(swift, monkeypatch, tmp_path):
+def test_kernels_are_kept_in_one_folder(running, monkeypatch, tmp_path):
     asked = inspect.signature(kernel.cache_folder)
     monkeypatch.setattr(kernel, "cache_folder", kernel.cache_folder)
-    swift.keep_kernels(tmp_path)
+    running.keep_kernels(tmp_path)
     assert kernel.cache_folder() == kernel.cache_folder(joined=False) == tmp_path
     assert list(inspect.signature(kernel.cache_folder).parameters) == list(asked.parameters)
 
 
-def test_files_whose_functions_are_compiled_are_known(swift, operators, beside):
+def test_files_whose_functions_are_compiled_are_known(running, operators, beside):
     for name, fresh in (("rig/twin.py", True), ("place.py", False)):
         text = (beside.PACKAGE / name).read_text("utf-8")
-        mutant = next(m for m in operators.mutants(text) if swift.fitting(text, m))
-        assert swift.new_machine_code(text, mutant) is fresh, name
+        mutant = operators.mutants(text)[-1]
+        assert running.new_machine_code(text, mutant) is fresh, name
 
 
 @pytest.fixture
-def command(monkeypatch, swift):
+def command(monkeypatch, running):
     spec = importlib.util.spec_from_file_location("mutants_command", TOOL / "__main__.py")
     made = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, "mutants_command", made)
@@ -235,21 +212,22 @@ def test_a_file_that_is_not_there_is_bad_input(monkeypatch, capfd, command):
 
 
 def test_a_file_whose_tests_fail_without_a_mutation_loses_no_other(
-    monkeypatch, capfd, command, swift, operators, beside
+    monkeypatch, capfd, command, running, operators, beside
 ):
     bad, good = (beside.PACKAGE / name for name in ("control/pd.py", "control/pi.py"))
 
-    def outcomes(source, mutants, tests):
-        if source == bad:
-            raise swift.TestsFail(beside.name(source), "E  assert 1 == 2")
-        return 0.1, ["killed"] * len(mutants)
+    class Bench:
+        def baseline(self, source, tests):
+            if source == bad:
+                raise running.TestsFail("E  assert 1 == 2")
+            return 0.1
 
-    monkeypatch.setattr(swift, "outcomes", outcomes)
-    work = {}
-    for file in (bad, good):
-        text = file.read_text("utf-8")
-        work[file] = [m for m in operators.mutants(text) if swift.fitting(text, m)]
-    verdicts, failing = command.tried(work, 1, once=True)
+        def tried(self, source, mutant, tests, seconds):
+            return running.KILLED
+
+    monkeypatch.setattr(command, "Bench", Bench)
+    work = {file: operators.mutants(file.read_text("utf-8")) for file in (bad, good)}
+    verdicts, failing = command.tried(work, 1)
     assert {v.file for v in verdicts} == {"control/pi.py"} and failing == ["control/pd.py"]
     assert command.judged(verdicts, failing) == 1
     assert command.judged(verdicts, []) == 0

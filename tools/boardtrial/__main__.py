@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import sections
 from boardtrial import orders, table
 from boardtrial.trial import Trial
 
@@ -27,7 +28,7 @@ def main() -> int:
         if time.monotonic() - began > 60.0 * given.patience:
             break
     text = table.section(trial, given.seed, time.monotonic() - began)
-    table.write(given.out, text)
+    sections.write(given.out, "trial", text)
     print(text)
     return 1 if trial.judge.count or trial.count else 0
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+import sections
 from boardtrial.trial import Trial
-from faultmatrix.table import replaced
-
-BEGIN, END = "<!-- trial: begin -->", "<!-- trial: end -->"
 
 
 def _clock(seconds: float) -> str:
@@ -49,12 +45,7 @@ def section(trial: Trial, seed: int, wall: float) -> str:
         ("the wire, at most", f"{judge.hottest:.0f} degC"),
         ("the carriage, at most", f"{1e3 * judge.fastest:.0f} mm/s"),
     ]
-    lines = ["| | |", "|---|---|", *(f"| {name} | {found} |" for name, found in rows)]
+    lines = sections.table(("", ""), rows)
     lines += [f"\nUnsafe: {each}" for each in judge.unsafe]
     lines += [f"\nUnexplained: {each}" for each in trial.unexplained]
     return "\n".join(lines)
-
-
-def write(file: Path, text: str) -> None:
-    """Put the section between its marks in a page, or alone into a new file."""
-    replaced(file, f"{BEGIN}\n{text}\n{END}\n", BEGIN, END)

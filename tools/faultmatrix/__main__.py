@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+import sections
 from faultmatrix import table
 from faultmatrix.cells import Cell
 from faultmatrix.matrix import filled
@@ -41,7 +42,7 @@ def main() -> int:
             for found in pool.map(fill, given.kinds):
                 cells += found
     text = table.section(cells)
-    table.write(given.out, text)
+    sections.write(given.out, "matrix", text)
     print(text)
     return 1 if table.bad(cells) else 0
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
 
+import sections
 from faultmatrix.cells import BAD, HARMLESS, MODES, SAFE_, UNSEEN, Cell
 
-BEGIN, END = "<!-- matrix: begin -->", "<!-- matrix: end -->"
-HEAD = "| fault | safe by | within | not visible | harmless |"
+HEAD = ("fault", "safe by", "within", "not visible", "harmless")
 
 
 def bad(cells: Iterable[Cell]) -> list[Cell]:
@@ -21,27 +20,27 @@ def bad(cells: Iterable[Cell]) -> list[Cell]:
 
 def section(cells: Sequence[Cell]) -> str:
     """Markdown: one table for each kind, with a row for each fault."""
-    lines = [BEGIN]
+    lines = []
     for kind in dict.fromkeys(cell.kind for cell in cells):
         mine = [cell for cell in cells if cell.kind == kind]
         count = Counter(cell.verdict for cell in mine)
         shares = ", ".join(f"{n} {verdict}" for verdict, n in count.most_common())
         modes = [mode for mode in MODES if any(cell.mode == mode for cell in mine)]
         lines += [f"**{kind.capitalize()}**: {len(mine)} cells, {shares}.", ""]
-        lines += [HEAD, "|---" * HEAD.count(" | ") + "|---|"]
         alike: dict[tuple[str, ...], list[str]] = {}  # faults by what they lead to
         for fault in dict.fromkeys(cell.fault for cell in mine):
             effect = _effect([cell for cell in mine if cell.fault == fault], modes)
             alike.setdefault(effect, []).append(fault)
+        rows = []
         for (safe, unseen, harmless), faults in alike.items():
             names = ", ".join(f"`{fault}`" for fault in faults)
             seconds = [
                 cell.seconds for cell in mine if cell.fault in faults and cell.verdict == SAFE_
             ]
             longest = f"{np.nanmax(seconds):.3g} s" if np.isfinite(seconds).any() else "-"
-            lines.append(f"| {names} | {safe} | {longest} | {unseen} | {harmless} |")
-        lines.append("")
-    return "\n".join(lines) + END + "\n"
+            rows.append((names, safe, longest, unseen, harmless))
+        lines += [*sections.table(HEAD, rows), ""]
+    return "\n".join(lines)
 
 
 def _effect(cells: Sequence[Cell], modes: Sequence[str]) -> tuple[str, ...]:
@@ -62,17 +61,3 @@ def _each(cells: Sequence[Cell]) -> list[str]:
 def _modes(cells: Sequence[Cell], modes: Sequence[str]) -> str:
     named = [mode for mode in modes if any(cell.mode == mode for cell in cells)]
     return "all" if named == list(modes) else ", ".join(named) or "-"
-
-
-def replaced(path: Path, text: str, begin: str, end: str) -> None:
-    """Write a section between its markers, in place of the one before; or a new file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    old = path.read_text(encoding="utf-8") if path.exists() else ""
-    before, found, rest = old.partition(begin)
-    after = rest.partition(end)[2].removeprefix("\n") if found else ""
-    path.write_text(before + text + after, encoding="utf-8")
-
-
-def write(path: Path, text: str) -> None:
-    """The tables, into a document or a file of their own."""
-    replaced(path, text, BEGIN, END)

@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import beside
-import running
-import swift
 from operators import Mutant, mutants
+from running import SURVIVED, Bench, TestsFail
 
 _TOO_MANY = 4000
 
@@ -56,79 +55,48 @@ def chosen(files: Sequence[Path], sample: int | None, seed: int) -> dict[Path, l
     return {f: sorted(ms, key=lambda m: m.line) for f, ms in by_file.items() if ms}
 
 
-def tried(work: dict[Path, list[Mutant]], jobs: int, once: bool) -> tuple[list[Verdict], list[str]]:
+def tried(work: dict[Path, list[Mutant]], jobs: int) -> tuple[list[Verdict], list[str]]:
     """Every mutant's outcome, and the files whose tests fail without any mutation; survivors
     are printed as each file is done."""
-    known = {(e.file, e.before, e.after) for e in beside.equivalents()}
-    tasks = [(source, found, known, once) for source, found in work.items()]
     verdicts: list[Verdict] = []
     failing: list[str] = []
     with get_context("fork").Pool(jobs, maxtasksperchild=1) as pool:
-        for source, found in pool.imap_unordered(_file, tasks, chunksize=1):
+        for name, found in pool.imap_unordered(_file, work.items(), chunksize=1):
             if found is None:
-                failing.append(beside.name(source))
+                failing.append(name)
             else:
                 verdicts += found
     return verdicts, failing
 
 
-_Task = tuple[Path, list[Mutant], set[tuple[str, str, str]], bool]
-
-
-def _file(task: _Task) -> tuple[Path, list[Verdict] | None]:
-    """One file's mutants; None, and what the tests said, if those fail without a mutation."""
-    try:
-        return task[0], _outcomes(*task)
-    except running.TestsFail as error:
-        print(error, file=sys.stderr, flush=True)
-        return task[0], None
-
-
-def _outcomes(
-    source: Path, work: list[Mutant], known: set[tuple[str, str, str]], once: bool
-) -> list[Verdict]:
-    """One file's mutants, one after the other."""
+def _file(task: tuple[Path, list[Mutant]]) -> tuple[str, list[Verdict] | None]:
+    """One file's mutants, one after the other; None, and what the tests said, if those fail without
+    a mutation."""
+    source, work = task
     name, tests = beside.name(source), beside.tests(source)
+    known = {(e.file, e.before, e.after) for e in beside.equivalents()}
     left = [m for m in work if (name, m.before, m.after) not in known]
     if not tests:
         print(f"{name}: no test beside it, {len(left)} mutants live", flush=True)
-        return [Verdict(name, m, running.SURVIVED) for m in left]
-    text = source.read_text("utf-8")
-    quick = [m for m in left if swift.fitting(text, m)]
-    seconds, found = swift.outcomes(source, quick, tests)
-    outcomes = dict(zip(quick, found, strict=True))
-    again = [m for m in left if m not in outcomes]
-    if not once:
-        again += [m for m in quick if outcomes[m] == running.SURVIVED]
-    if again:
-        outcomes |= _slowly(source, again, tests, seconds)
-    verdicts = [Verdict(name, m, outcomes[m]) for m in left]
-    for _, mutant, outcome in verdicts:
-        if outcome == running.SURVIVED:
-            print(f"{name}:{mutant.line}: {mutant.kind}", flush=True)
-            print(f"    - {mutant.before}\n    + {mutant.after}", flush=True)
-    died = sum(v.outcome != running.SURVIVED for v in verdicts)
-    print(f"{name}: {died} of {len(verdicts)} killed, {len(work) - len(left)} equivalent; "
-          f"tests take {seconds:.1f} s", flush=True)  # fmt: skip
-    return verdicts
-
-
-def _slowly(
-    source: Path, work: list[Mutant], tests: list[Path], seconds: float
-) -> dict[Mutant, str]:
-    """The same, everything imported anew for each."""
-    bench = running.Bench()
+        return name, [Verdict(name, m, SURVIVED) for m in left]
+    bench = Bench()
     try:
-        if not running.baseline(bench, source, tests).passed:
-            raise running.TestsFail(beside.name(source), bench.output())
-        limit = running.allowed(seconds)
-        text = source.read_text("utf-8")
-        return {
-            m: bench.run(source, m.text, tests, limit, fresh=swift.new_machine_code(text, m))
-            for m in work
-        }
-    finally:
-        bench.close()
+        seconds = bench.baseline(source, tests)
+    except TestsFail as error:
+        print(f"{error}\n{name}: its tests fail without a mutation", file=sys.stderr, flush=True)
+        return name, None
+    verdicts = [Verdict(name, m, bench.tried(source, m, tests, seconds)) for m in left]
+    survivors = [v.mutant for v in verdicts if v.outcome == SURVIVED]
+    listed(name, survivors)
+    print(f"{name}: {len(left) - len(survivors)} of {len(left)} killed, {len(work) - len(left)} "
+          f"equivalent; tests take {seconds:.1f} s", flush=True)  # fmt: skip
+    return name, verdicts
+
+
+def listed(name: str, found: Sequence[Mutant]) -> None:
+    """Print mutants of a file."""
+    for m in found:
+        print(f"{name}:{m.line}: {m.kind}\n    - {m.before}\n    + {m.after}", flush=True)
 
 
 def judged(verdicts: Sequence[Verdict], failing: Sequence[str]) -> int:
@@ -141,7 +109,7 @@ def judged(verdicts: Sequence[Verdict], failing: Sequence[str]) -> int:
         group = [v for v in verdicts if beside.required(v.file) == bound]
         if not group:
             continue
-        died = sum(v.outcome != running.SURVIVED for v in group)
+        died = sum(v.outcome != SURVIVED for v in group)
         print(f"{died} of {len(group)} killed ({died / len(group):.1%}), {bound:.0%} asked")
         status = status or int(died < bound * len(group))
     return status
@@ -155,22 +123,18 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--jobs", type=int, default=1, help="files at a time")
     parser.add_argument("--list", action="store_true", help="print the mutants, try none")
-    parser.add_argument("--once", action="store_true", help="try no survivor a second time")
     options = parser.parse_args()
     work = chosen(sources(options.files), options.sample, options.seed)
     total = sum(map(len, work.values()))
     if options.list:
         for source, found in work.items():
-            for m in found:
-                print(
-                    f"{beside.name(source)}:{m.line}: {m.kind}\n    - {m.before}\n    + {m.after}"
-                )
+            listed(beside.name(source), found)
         return 0
     if total > _TOO_MANY:
         print(f"{total} mutants would take hours: name fewer files, or --sample N", file=sys.stderr)
         return 2
     print(f"{total} mutants in {len(work)} files", flush=True)
-    return judged(*tried(work, options.jobs, options.once))
+    return judged(*tried(work, options.jobs))
 
 
 def _warm() -> None:

@@ -6,28 +6,31 @@ from a copy in which one file is mutated.
 
 from __future__ import annotations
 
+import ast
+import atexit
 import compileall
 import contextlib
 import os
+import re
 import shutil
 import signal
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from beside import PACKAGE, ROOT
+from operators import Mutant
 
 KILLED, SURVIVED, TIMED_OUT = "killed", "survived", "timed out"
-_SLACK = 20.0  # s beyond ten times what the tests take without a mutation
+_LONGEST = 900.0  # s that the tests may take without a mutation
+_SLACK = 20.0  # s beyond ten times that
+_OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not slow")
 
 
 class TestsFail(Exception):
     """The tests beside a file fail without a mutation, so that they can tell nothing."""
-
-    def __init__(self, name: str, output: str) -> None:
-        super().__init__(f"{output[-3000:]}\n{name}: its tests fail without a mutation")
 
 
 class Bench:
@@ -35,113 +38,118 @@ class Bench:
 
     def __init__(self) -> None:
         self._folder = Path(tempfile.mkdtemp(prefix="mutants-"))
+        atexit.register(shutil.rmtree, self._folder, ignore_errors=True)
         self._package = self._folder / "src" / "macromicro"
         shutil.copytree(PACKAGE, self._package, ignore=shutil.ignore_patterns("__pycache__"))
         compileall.compile_dir(self._package, quiet=2)
-        self._kernels = self._folder / "kernels"
-        self._kernels.mkdir()
+        self._killer = ""  # the test that noticed the last mutant
 
-    def close(self) -> None:
-        """Delete the copy."""
-        shutil.rmtree(self._folder, ignore_errors=True)
+    def baseline(self, source: Path, tests: list[Path]) -> float:
+        """How long the tests take on the file as it is [s]; raises TestsFail."""
+        began = time.monotonic()
+        if self._run(source, source.read_text("utf-8"), tests, _LONGEST, "kernels") != SURVIVED:
+            raise TestsFail(self._output()[-3000:])
+        return time.monotonic() - began
 
-    def run(
-        self,
-        source: Path,
-        text: str | None,
-        tests: list[Path],
-        limit: float,
-        fresh: bool = False,
+    def tried(self, source: Path, mutant: Mutant, tests: list[Path], seconds: float) -> str:
+        """KILLED, SURVIVED or TIMED_OUT: what tests say that take so long without a mutation."""
+        changed = new_machine_code(source.read_text("utf-8"), mutant)
+        try:
+            cache, limit = "mutated" if changed else "kernels", 10.0 * seconds + _SLACK
+            # Mistakes of the same lines are noticed by the same tests.
+            outcome = SURVIVED
+            if self._killer:
+                outcome = self._run(source, mutant.text, [self._killer], limit, cache)
+            if outcome == SURVIVED:
+                outcome = self._run(source, mutant.text, tests, limit, cache)
+                failed = re.search(r"^FAILED (\S+)", self._output(), re.MULTILINE)
+                self._killer = failed[1] if failed else ""
+            return outcome
+        finally:
+            shutil.rmtree(self._folder / "mutated", ignore_errors=True)
+
+    def _output(self) -> str:
+        """What the last run of the tests printed."""
+        return (self._folder / "output.txt").read_text("utf-8", "replace")
+
+    def _run(
+        self, source: Path, text: str, tests: Sequence[Path | str], limit: float, cache: str
     ) -> str:
-        """KILLED, SURVIVED or TIMED_OUT: what the tests say of `source` with this text.
-
-        `fresh`: the text makes other machine code, so that none is taken from a cache.
-        """
         place = self._package / source.relative_to(PACKAGE)
-        original = source.read_text("utf-8")
         # Two texts of one size within a second look the same to Python.
         for stale in place.parent.glob(f"__pycache__/{place.stem}.*"):
             stale.unlink()
-        place.write_text(original if text is None else text, "utf-8")
-        child = os.fork()
-        if child == 0:
-            self._child(tests, fresh)
+        place.write_text(text, "utf-8")
         try:
-            return waited(child, limit)
+            return forked(lambda: self._tested(tests, self._folder / cache), limit)
         finally:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(child, signal.SIGKILL)
-            place.write_text(original, "utf-8")
+            place.write_text(source.read_text("utf-8"), "utf-8")
             shutil.rmtree(self._folder / "cache", ignore_errors=True)
 
-    def _child(self, tests: list[Path], fresh: bool) -> None:
-        """The forked process: runs the tests and ends with 0 if all passed."""
-        status = 1
-        try:
-            os.setpgid(0, 0)
-            quiet = os.open(self._folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-            os.dup2(quiet, 1)
-            os.dup2(quiet, 2)
-            os.chdir(ROOT)
-            where = str(self._folder / "src")
-            os.environ |= {
-                "PYTHONPATH": where,
-                "PYTHONDONTWRITEBYTECODE": "1",
-                "MACROMICRO_CACHE": str(self._folder / "cache"),
-            }
-            sys.dont_write_bytecode = True
-            sys.path[:0] = [where, str(ROOT)]
-            import pytest
+    def _tested(self, tests: Sequence[Path | str], kernels: Path) -> bool:
+        """In the forked process: do the tests pass?"""
+        quiet = os.open(self._folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(quiet, 1)
+        os.dup2(quiet, 2)
+        os.chdir(ROOT)
+        where = str(self._folder / "src")
+        os.environ |= {
+            "PYTHONPATH": where,
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "MACROMICRO_CACHE": str(self._folder / "cache"),
+        }
+        sys.dont_write_bytecode = True
+        sys.path[:0] = [where, str(ROOT)]
+        import pytest
 
-            if not fresh:
-                keep_kernels(self._kernels)
-            options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not slow"]
-            status = int(pytest.main([*options, *map(str, tests)]))
-        finally:
-            os._exit(0 if status == 0 else 1)
+        keep_kernels(kernels)
+        return pytest.main([*_OPTIONS, *map(str, tests)]) == pytest.ExitCode.OK
 
-    def output(self) -> str:
-        """What the last run of the tests printed."""
-        return (self._folder / "output.txt").read_text("utf-8", errors="replace")
+
+def new_machine_code(text: str, mutant: Mutant) -> bool:
+    """Can a mutant of this source text change what is compiled?
+
+    numba's cache tells functions apart by file, time and bytecode, in which neither their
+    constants nor other files' are: after such a change it would hand out old machine code.
+    """
+    here = re.findall(r"\bcompiled\((\w+)", text)  # of this file, even without a mark
+    within_a_function = any(
+        node.body[0].lineno <= mutant.line <= (node.end_lineno or 0)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef) and node.lineno < mutant.line
+    )
+    compiles = "@kernel" in text or any(f"def {name}(" in text for name in here)
+    return compiles or not within_a_function
 
 
 def keep_kernels(folder: Path) -> None:
     """Have this process keep its compiled kernels in a folder, whatever its sources are."""
     from macromicro import kernel
 
+    folder.mkdir(exist_ok=True)
     kernel.cache_folder = lambda joined=True: folder
 
 
-class Baseline(NamedTuple):
-    """The tests without a mutation: do they pass, and how long do they take [s]?"""
-
-    passed: bool
-    seconds: float
-
-
-def baseline(bench: Bench, source: Path, tests: list[Path]) -> Baseline:
-    """Run the tests on the file as it is."""
-    began = time.monotonic()
-    verdict = bench.run(source, None, tests, 900.0)
-    return Baseline(verdict == SURVIVED, time.monotonic() - began)
-
-
-def allowed(seconds: float) -> float:
-    """Time [s] after which a mutant counts as noticed: it never ends."""
-    return 10.0 * seconds + _SLACK
-
-
-def waited(child: int, limit: float) -> str:
-    """What became of a forked process: KILLED if it failed, TIMED_OUT after `limit` [s]."""
+def forked(passes: Callable[[], bool], limit: float) -> str:
+    """What becomes of a function in a process of its own: KILLED if it is false or raises,
+    TIMED_OUT after `limit` [s]. What it has started ends with it."""
+    child = os.fork()
+    if child == 0:
+        passed = False
+        try:
+            os.setpgid(0, 0)
+            passed = passes()
+        finally:
+            os._exit(0 if passed else 1)
     until = time.monotonic() + limit
-    while time.monotonic() < until:
+    outcome = TIMED_OUT
+    while outcome == TIMED_OUT and time.monotonic() < until:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
-            return SURVIVED if os.waitstatus_to_exitcode(status) == 0 else KILLED
+            outcome = SURVIVED if os.waitstatus_to_exitcode(status) == 0 else KILLED
         time.sleep(0.005)
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(child, signal.SIGKILL)
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return TIMED_OUT
+    if outcome == TIMED_OUT:
+        os.waitpid(child, 0)
+    return outcome

@@ -12,6 +12,7 @@ import traceback
 from pathlib import Path
 
 import faulty
+import sections
 from faultmatrix.subjects import SUBJECTS
 from soak import table
 from soak.campaign import Campaign, Round
@@ -55,8 +56,8 @@ def main() -> int:
         f"{load[0]:.1f} before and {after[0]:.1f} after; no real-time priority unless the loop "
         "may have it."
     )
-    text = table.section(head, parts)
-    table.write(given.out, text)
+    text = "\n".join([head, "", *parts])
+    sections.write(given.out, "soak", text)
     print(text)
     return 1 if complaints else 0
 

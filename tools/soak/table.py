@@ -6,24 +6,17 @@ import math
 import statistics
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
-from faultmatrix.table import replaced
+import sections
 from macromicro.rig import faults
 from soak.campaign import Campaign, Round
 from soak.trials import NO_FAULT
 from soak.victim import Load
 
-BEGIN, END = "<!-- soak: begin -->", "<!-- soak: end -->"
 _MB = 1e6
 _NAMES = {text.message: text.name for text in faults.TEXTS.values()}
 # Memory may grow by what a server keeps of its events (10 000 of them at most).
 MOST_MB, MOST_LOOP_MB, MOST_FILES = 8.0, 2.0, 3
-
-
-def section(head: str, parts: Iterable[str]) -> str:
-    """Markdown: what was found of each kind."""
-    return "\n".join([BEGIN, head, "", *parts]).rstrip() + "\n" + END + "\n"
 
 
 def part(campaign: Campaign, rounds: Sequence[Round], complaints: list[str]) -> str:
@@ -35,14 +28,9 @@ def part(campaign: Campaign, rounds: Sequence[Round], complaints: list[str]) -> 
     return "\n".join([*lines, ""])
 
 
-def write(path: Path, text: str) -> None:
-    """Into the document, in place of the section of the run before; or as a file of its own."""
-    replaced(path, text, BEGIN, END)
-
-
-def _faults(rounds: Sequence[Round]) -> Iterable[str]:
-    yield "| fault | injected | stopped | safe after, median [ms] | worst [ms] | reported |"
-    yield "|---|---|---|---|---|---|"
+def _faults(rounds: Sequence[Round]) -> list[str]:
+    head = ("fault", "injected", "stopped", "safe after, median [ms]", "worst [ms]", "reported")
+    rows = []
     for name in sorted({each.name for each in rounds} - {NO_FAULT.name}):
         mine = [each for each in rounds if each.name == name]
         times = sorted(1e3 * each.safe for each in mine if not math.isnan(each.safe))
@@ -52,7 +40,8 @@ def _faults(rounds: Sequence[Round]) -> Iterable[str]:
         most = Counter(each.words for each in mine if each.words).most_common(1)
         words = (most[0][0] if most else "nothing").replace("|", "/")[:110]
         words = _NAMES.get(words, words)
-        yield f"| {name} | {len(mine)} | {stopped} | {median} | {worst} | {words} |"
+        rows.append((name, str(len(mine)), str(stopped), median, worst, words))
+    return sections.table(head, rows)
 
 
 def growth(loads: list[tuple[float, Load]]) -> tuple[float, float, int, int]:

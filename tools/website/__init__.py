@@ -1,4 +1,1 @@
-"""The documentation's site: pages of docs/, a reference from docstrings, built by Sphinx.
-
-PYTHONPATH=tools python -m website [--out build/site]
-"""
+"""The documentation's site: settings of Sphinx and what it lacks. `make site` builds it."""

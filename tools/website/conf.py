@@ -1,4 +1,5 @@
-"""Settings of Sphinx. Nothing on the site is fetched from elsewhere."""
+"""Settings of Sphinx, whose source folder is the repository's root. Nothing on the site is fetched
+from elsewhere."""
 
 import macromicro
 
@@ -6,19 +7,22 @@ project = "macromicro"
 author = copyright = "macromicro contributors"
 version = release = macromicro.__version__
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "website.extension",
 ]
 suppress_warnings = ["ref.python"]  # classes of one name in several modules
-exclude_patterns = ["files"]
+root_doc = "docs/index"
+include_patterns = ["*.md", "deploy/*.md", "docs/**.md", "docs/**.rst", "notebooks/*.ipynb"]
+exclude_patterns = ["**.template.md"]
 default_role = "py:obj"
 highlight_language = "none"
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
+nb_execution_mode = "off"
 html_math_renderer = "mathml"
 
 autodoc_typehints = "none"
@@ -33,6 +37,7 @@ html_theme = "furo"
 html_title = f"macromicro {release}"
 html_static_path = ["static"]
 html_css_files = ["macromicro.css"]
+html_extra_path = ["extra", "../../build/twin.html"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_search_summary = False

@@ -1,88 +1,69 @@
-"""Pages of the documentation: which there are, their headings, links and order."""
+"""The text of the site's pages, where it differs from that of the documents, and a look at what a
+built page would fetch."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-INDEX = "docs/index.md"
-# Pages beside docs/, and their names on the site.
-BESIDE = {
-    "README.md": "readme.md",
-    "ARCHITECTURE.md": "architecture.md",
-    "CONTRIBUTING.md": "contributing.md",
-    "CHANGELOG.md": "changelog.md",
-    "deploy/README.md": "deploy.md",
-}
-_CODE = re.compile(r"^```.*?^```$|^(?:    [^\n]*\n)+", re.DOTALL | re.MULTILINE)
-_LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
-_HEADING = re.compile(r"^(#+) (.+)$", re.MULTILINE)
+TWIN = "../twin.html"  # the machine as WebAssembly, which docs/make_twin.py makes
+_SHOWN = f"""
+<iframe src="{TWIN}" title="The two-stage machine" width="100%" height="1080"></iframe>
+
+<p>The two-stage machine, simulated in your browser; <a href="{TWIN}">alone on a page</a>.</p>
+"""
+_SOURCE = re.compile(r"\[`?([\w.]+)`?\]\([./]*src/([\w/]+)\.py\)")
+_PAGE = re.compile(r"\]\(([^)\s:#]+)\.(?:md|ipynb)\)")
+_TAGS = re.compile(
+    r"<(?:script|img|iframe|source|audio|video|embed|object|link)\b[^>]*?"
+    r"\b(?:src|href|data)=[\"']?((?:https?:)?//[^\"'\s>]+)",
+    re.IGNORECASE,
+)
+_STYLES = re.compile(r"(?:@import\s+|url\()\s*[\"']?((?:https?:)?//[^\"')\s]+)", re.IGNORECASE)
 
 
-class Link(NamedTuple):
-    """A link or picture of a page: what is shown, and where it leads."""
-
-    text: str
-    target: str
-    picture: bool
+def linked(text: str) -> str:
+    """A page whose links to source code are links to the reference."""
+    return _SOURCE.sub(_role, text)
 
 
-class Section(NamedTuple):
-    """A part of the navigation: its title and its pages, as paths from the repository's root."""
-
-    title: str
-    pages: tuple[str, ...]
-
-
-def names() -> list[str]:
-    """Every page, as a path from the repository's root."""
-    found = sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md"))
-    notebooks = sorted(p.relative_to(ROOT).as_posix() for p in ROOT.glob("notebooks/*.ipynb"))
-    return [*BESIDE, *(name for name in found if ".template." not in name), *notebooks]
+def _role(found: re.Match[str]) -> str:
+    """A link to source code as one to the reference: "belt.step" in plant/belt.py."""
+    label, module = found[1], found[2].replace("/", ".").removesuffix(".__init__")
+    short, _, name = label.partition(".")
+    if short != module.rpartition(".")[2] or not name:
+        return f"{{py:mod}}`{label} <{module}>`"
+    return f"{{py:obj}}`{label} <{module}.{name}>`"
 
 
-def prose(text: str) -> str:
-    """A page without its blocks of code."""
-    return _CODE.sub("", text)
+def front(text: str) -> str:
+    """The front page: with the simulated machine before the first section, and the contents."""
+    head, section, rest = text.partition("\n## ")
+    return f"{head}{_SHOWN}{section}{rest}{contents(text)}"
 
 
-def links(text: str) -> Iterator[Link]:
-    """The links and pictures of a page, in order."""
-    for found in _LINK.finditer(prose(text)):
-        yield Link(found[2], found[3], found[1] == "!")
-
-
-def linked(page: str, target: str) -> tuple[str, str]:
-    """Where a link of `page` leads: a path from the root, and an anchor or ""."""
-    path, _, anchor = target.partition("#")
-    place = (ROOT / page).parent / path if path else ROOT / page
-    return place.resolve().relative_to(ROOT).as_posix(), anchor
-
-
-def anchors(text: str) -> set[str]:
-    """The anchors of a page's headings, by the rule of Git hosts."""
-    found: set[str] = set()
-    for match in _HEADING.finditer(re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.M)):
-        slug = re.sub(r"[^\w\- ]", "", match[2].lower()).replace(" ", "-")
-        number = 1
-        while slug in found:
-            slug = f"{slug.removesuffix(f'-{number - 1}')}-{number}"
-            number += 1
-        found.add(slug)
-    return found
-
-
-def navigation() -> list[Section]:
-    """The sections of the front page, and the pages that each links, not only a part of them."""
-    text = (ROOT / INDEX).read_text(encoding="utf-8")
-    sections = []
+def contents(text: str) -> str:
+    """Hidden tables of contents: the pages that each section of the front page links, but not those
+    of which it links a part; then the reference."""
+    sections = {}
     for part in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
         title, _, body = part.partition("\n")
-        to = [link.target for link in links(body) if not re.search("://|#", link.target)]
-        names = dict.fromkeys(linked(INDEX, target)[0] for target in to)
-        here = [name for name in names if name.endswith((".md", ".ipynb"))]
-        sections.append(Section(title.strip(), tuple(here)))
-    return sections
+        sections[title.strip()] = list(dict.fromkeys(_PAGE.findall(body)))
+    reference = sorted((ROOT / "docs" / "reference").glob("*.rst"))
+    sections["Python"] = [f"reference/{page.stem}" for page in reference]
+    return "".join(
+        f"\n```{{toctree}}\n:hidden:\n:caption: {title}\n\n" + "\n".join(pages) + "\n```\n"
+        for title, pages in sections.items()
+    )
+
+
+def fetched(site: Path) -> list[str]:
+    """Each address that a page or style sheet of the site would load from, with its file."""
+    found = []
+    for place in sorted(site.rglob("*")):
+        wanted = {".html": _TAGS, ".css": _STYLES}.get(place.suffix)
+        if wanted is not None:
+            text = place.read_text(encoding="utf-8")
+            found += [f"{place.relative_to(site)}: {to}" for to in wanted.findall(text)]
+    return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -46,21 +45,9 @@ def test_a_row_for_each_fault_and_a_line_for_what_is_unexplained() -> None:
         Round("laser-lost", "MOVE", 0, math.nan, "", "done"),
         Round("none", "MOVE", 0, math.nan, "", "done"),
     ]
-    part = table.part(campaign(unseen=[0.007]), rounds, ["a surprise"])
-    text = table.section("Head.", [part])
+    text = table.part(campaign(unseen=[0.007]), rounds, ["a surprise"])
     assert "**Slide**" in text
     assert "| encoder-jump | 2 | 2 | 1.0 | 2.0 | It jumped. |" in text
     assert "| 1 | 0 | - | - | nothing |" in text and "| none |" not in text
     assert "1 times, at most 7 mm off" in text
     assert "- Unexplained: 1." in text and "- **unexplained**: a surprise" in text
-
-
-def test_the_section_is_replaced_and_the_rest_of_the_document_stays(tmp_path: Path) -> None:
-    path = tmp_path / "docs" / "reliability.md"
-    table.write(path, table.section("One.", ["A part."]))
-    path.write_text("# Title\n\n" + path.read_text() + "\nThe end.\n")
-    table.write(path, table.section("Two.", ["A part."]))
-    text = path.read_text()
-    assert text.startswith("# Title\n\n<!-- soak: begin -->\nTwo.")
-    assert text.endswith("<!-- soak: end -->\n\nThe end.\n")
-    assert "One." not in text

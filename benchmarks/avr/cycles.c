@@ -9,6 +9,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include CALLS
 #include "replay.h"
 
 static volatile uint16_t over;

@@ -1,0 +1,3 @@
+/* A programme without a law. */
+#define START(x) (void)(x)
+#define STEP(a, x, t) effort = (a) - (x) + (t)
