@@ -18,26 +18,10 @@ from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
 from macromicro.commands.examples import examples
-from macromicro.commands.group import whole
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
 from macromicro.commands.look import look
-from macromicro.commands.options import (
-    PNG,
-    Calibration,
-    Config,
-    Fan,
-    Figures,
-    Json,
-    Law,
-    Loop,
-    Overwrite,
-    Port,
-    Rig,
-    Seed,
-    Yes,
-    folder_option,
-)
+from macromicro.commands.options import PNG, command
 from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
@@ -55,11 +39,10 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 config_app = typer.Typer(
-    help="Settings of bench, sensors, controller and guard.", no_args_is_help=True
+    name="config", help="Settings of bench, sensors, controller and guard.", no_args_is_help=True
 )
-app.add_typer(config_app, name="config")
-app.add_typer(identify.app, name="identify")
-app.add_typer(export.app, name="export")
+for group in (config_app, identify.app, export.app):
+    app.add_typer(group)
 
 
 def main() -> int:
@@ -121,7 +104,7 @@ def options(
     """Design, simulate, identify, tune and run positioners: axes, piezos, wires, two stages."""
 
 
-@app.command()
+@command(app)
 def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     programme: Annotated[
         str | None,
@@ -131,22 +114,20 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             autocompletion=_examples,
         ),
     ] = None,
-    out: Annotated[Path | None, folder_option("results/<programme>")] = None,
-    config: Config = None,
-    cycles: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Number of repetitions of the programme.")
-    ] = 1,
-    fan: Fan = False,
-    seed: Seed = 0,
-    rig: Rig = "twin",
-    port: Port = None,
-    loop: Loop = None,
-    calibration: Calibration = None,
-    law: Law = None,
-    yes: Yes = False,
-    figures: Figures = PNG,
-    as_json: Json = False,
-    overwrite: Overwrite = False,
+    out: Path | None = None,
+    config: Path | None = None,
+    cycles: int = 1,
+    fan: bool = False,
+    seed: int = 0,
+    rig: str = "twin",
+    port: str | None = None,
+    loop: str | None = None,
+    calibration: Path | None = None,
+    law: str | None = None,
+    yes: bool = False,
+    figures: str = PNG,
+    as_json: bool = False,
+    overwrite: bool = False,
 ) -> None:
     """Run a motion programme on the simulated machine or on a rig.
 
@@ -171,27 +152,13 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             raise typer.Exit(signals.status) from None
 
 
-@config_app.command("show")
+@command(config_app, "show")
 def config_show(
-    key: Annotated[
-        str | None, typer.Argument(help="One set or parameter, such as bench.friction.")
-    ] = None,
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="Defaults of this machine, such as axis.", show_default="two_stage"
-        ),
-    ] = None,
-    law: Law = None,
-    axis: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="One axis of the machine xy, x or y, as a file of the machine axis.",
-            show_default=False,
-        ),
-    ] = None,
-    config: Config = None,
+    key: str | None = None,
+    machine: str | None = None,
+    law: str | None = None,
+    axis: str | None = None,
+    config: Path | None = None,
 ) -> None:
     """Print settings as TOML with units, meaning and source.
 
@@ -213,7 +180,7 @@ def config_show(
     machine_run.show(machine, key, law, config)
 
 
-@app.command()
+@command(app)
 def programmes(
     name: Annotated[
         str | None, typer.Argument(help="Print this example.", autocompletion=_examples)
@@ -234,19 +201,22 @@ def programmes(
     print(examples[name].read_text(encoding="utf-8"), end="")
 
 
-app.command()(calibrate)
-app.command()(collect)
-app.command()(commission)
-app.command()(compare)
-app.command()(doctor)
-app.command()(examples)
-app.command()(learn)
-app.command()(limits)
-app.command()(look)
-app.command()(plot)
-app.command()(reproduce)
-app.command()(response)
-app.command()(robust)
-app.command()(serve)
-app.command()(sweep)
-app.command()(tune)
+for each in (
+    calibrate,
+    collect,
+    commission,
+    compare,
+    doctor,
+    examples,
+    learn,
+    limits,
+    look,
+    plot,
+    reproduce,
+    response,
+    robust,
+    serve,
+    sweep,
+    tune,
+):
+    command(app)(each)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from macromicro.commands.options import Calibration, Loop, Overwrite, Port, Rig, Seed, folder_option
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -16,34 +15,16 @@ if TYPE_CHECKING:
 
 
 def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    experiment: Annotated[
-        str | None,
-        typer.Argument(
-            help=(
-                "An experiment that --list names, or MODULE:PROCEDURE of your "
-                "own (docs/own-machines.md)."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    rig: Rig = "twin",
-    port: Port = None,
-    loop: Loop = None,
-    calibration: Calibration = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            help=(
-                "Settings file; a machine of one stage has experiments of its "
-                "own (docs/machines.md)."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    seed: Seed = 0,
-    out: Annotated[Path | None, folder_option("results/<experiment>", "the recordings")] = None,
-    overwrite: Overwrite = False,
-    listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
+    experiment: str | None = None,
+    rig: str = "twin",
+    port: str | None = None,
+    loop: str | None = None,
+    calibration: Path | None = None,
+    config: Path | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    overwrite: bool = False,
+    listed: bool = False,
 ) -> None:
     """Run a laboratory procedure and save its recordings.
 

@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from macromicro.commands.options import PNG, Figures, Json, Overwrite, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
 
 OUT = Path("results/compare")
 
 
 def compare(
-    recordings: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="A B ...",
-            help=("Recordings, folders of runs or measured data; each is compared with the first."),
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[Path | None, folder_option(OUT, "figures and numbers")] = None,
-    figures: Figures = PNG,
-    as_json: Json = False,
-    overwrite: Overwrite = False,
+    recordings: list[Path] | None = None,
+    out: Path | None = None,
+    figures: str = PNG,
+    as_json: bool = False,
+    overwrite: bool = False,
 ) -> None:
     """Compare recordings in a figure and a table of differences."""
     from macromicro.drawing.files import formats

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 from macromicro.commands.group import Group
-from macromicro.commands.options import Overwrite
+from macromicro.commands.options import command
 
 app = typer.Typer(
+    name="export",
     cls=Group,
     help=(
         "Write control code as C99 or FMU, or a board's firmware. Laws,"
@@ -21,32 +21,11 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-What = Annotated[
-    str,
-    typer.Argument(
-        metavar="WHAT",
-        help=(
-            "A name that `macromicro export list` prints, such as axis.law,"
-            " or MODULE:LAW of your own."
-        ),
-    ),
-]
-Config = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Settings whose values are written.")
-]
-For = Annotated[
-    str | None,
-    typer.Option(
-        "--for",
-        metavar="SYSTEMS",
-        help="Compile for these: linux,linux-arm,windows,macos (extra `cross`).",
-        show_default=False,
-    ),
-]
 
-
-@app.command("list")
-def list_(config: Config = None) -> None:
+@command(app, "list")
+def list_(
+    config: Path | None = None,
+) -> None:
     """Print what can be exported.
 
     With --config the list is that of the file's machine, else of all machines.
@@ -64,22 +43,14 @@ def list_(config: Config = None) -> None:
         print(f"{name:<{width}}  {title}")
 
 
-@app.command()
+@command(app)
 def c(
-    what: What,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for the files.", show_default="results/c-<WHAT>"),
-    ] = None,
-    config: Config = None,
-    single: Annotated[
-        bool,
-        typer.Option(
-            "--float", help=("Use float and 32-bit integers instead of double and 64-bit ones.")
-        ),
-    ] = False,
-    systems: For = None,
-    overwrite: Overwrite = False,
+    what: str,
+    out: Path | None = None,
+    config: Path | None = None,
+    single: bool = False,
+    systems: str | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write C99 from kernels (docs/export.md).
 
@@ -109,15 +80,13 @@ def c(
     print(f"results: {place}")
 
 
-@app.command()
+@command(app)
 def fmu(
-    what: What,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The FMU.", show_default="<WHAT>.fmu")
-    ] = None,
-    config: Config = None,
-    systems: For = None,
-    overwrite: Overwrite = False,
+    what: str,
+    out: Path | None = None,
+    config: Path | None = None,
+    systems: str | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write a co-simulation FMU (FMI 2.0) for Simulink or FMPy.
 
@@ -149,10 +118,10 @@ def fmu(
     print(f"results: {place}")
 
 
-@app.command("hex")
+@command(app, "hex")
 def hex_(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to flash.")] = Path("uno.hex"),
-    overwrite: Overwrite = False,
+    out: Path = Path("uno.hex"),
+    overwrite: bool = False,
 ) -> None:
     """Write the built firmware for an Arduino Uno or Nano.
 

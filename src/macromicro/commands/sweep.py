@@ -6,12 +6,12 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from macromicro.commands.group import tell
-from macromicro.commands.options import PNG, Figures, Law, Overwrite, Workers, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -20,39 +20,16 @@ if TYPE_CHECKING:
 
 
 def sweep(  # noqa: PLR0913, PLR0917 - one for each option
-    spec: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="SPEC.toml",
-            help=(
-                "Sweep file (docs/tuning.md); with --list the name of a job; "
-                "with --show a folder of results."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    workers: Workers = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help=("Compute on the cluster of this dask scheduler, such as tcp://HOST:8786."),
-            show_default=False,
-        ),
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Continue an interrupted sweep.")
-    ] = False,
-    out: Annotated[Path | None, folder_option("results/<spec>")] = None,
-    overwrite: Overwrite = False,
-    law: Law = None,
-    figures: Figures = PNG,
-    show: Annotated[
-        bool, typer.Option("--show", help="Redraw the figure of a finished sweep.")
-    ] = False,
-    listed: Annotated[
-        bool, typer.Option("--list", help="List the jobs, or a job's parameters and metrics.")
-    ] = False,
+    spec: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    out: Path | None = None,
+    overwrite: bool = False,
+    law: str | None = None,
+    figures: str = PNG,
+    show: bool = False,
+    listed: bool = False,
 ) -> None:
     """Compute a job for every variant of a grid or a sample.
 
