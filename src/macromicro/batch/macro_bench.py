@@ -82,10 +82,7 @@ class MacroBenchJob(VariantJob):
     traced = ("macro_position", "motor")
 
     def __init__(
-        self,
-        settings: Settings | None = None,
-        reference: float = COUNTS,
-        length: float = 10.0,
+        self, settings: Settings | None = None, reference: float = COUNTS, length: float = 10.0
     ) -> None:
         super().__init__(Settings() if settings is None else settings)
         self._reference = float(reference)

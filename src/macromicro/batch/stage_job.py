@@ -29,11 +29,7 @@ class StageJob(MachineJob):
     refuses = True
 
     def __init__(
-        self,
-        machine: Any,
-        programme: str = "",
-        seed: int = 0,
-        settings: Any = None,
+        self, machine: Any, programme: str = "", seed: int = 0, settings: Any = None
     ) -> None:
         found: Any
         if isinstance(machine, str) and is_toml(machine):

@@ -141,13 +141,7 @@ def _calibrated(found: Any, out: Path, hint: str) -> tuple[list[str], str]:
 
 
 def one_stage(
-    place: Place,
-    options: Options,
-    out: Path,
-    seed: int,
-    kinds: Sequence[str],
-    *,
-    calibrate: bool,
+    place: Place, options: Options, out: Path, seed: int, kinds: Sequence[str], *, calibrate: bool
 ) -> Task:
     from macromicro.calibration import files
     from macromicro.commission import report

@@ -7,9 +7,7 @@ from pathlib import Path
 _PACKAGE = Path(__file__).parents[1]
 
 
-def examples(
-    folder: Path = Path("examples"),
-) -> None:
+def examples(folder: Path = Path("examples")) -> None:
     """Copy example machines, sweeps, scripts, data and tutorials."""
     import shutil
 

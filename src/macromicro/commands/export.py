@@ -23,9 +23,7 @@ app = typer.Typer(
 
 
 @command(app, "list")
-def list_(
-    config: Path | None = None,
-) -> None:
+def list_(config: Path | None = None) -> None:
     """Print what can be exported.
 
     With --config the list is that of the file's machine, else of all machines.
@@ -119,10 +117,7 @@ def fmu(
 
 
 @command(app, "hex")
-def hex_(
-    out: Path = Path("uno.hex"),
-    overwrite: bool = False,
-) -> None:
+def hex_(out: Path = Path("uno.hex"), overwrite: bool = False) -> None:
     """Write the built firmware for an Arduino Uno or Nano.
 
     No compiler is needed (docs/board.md).

@@ -195,12 +195,7 @@ def calibration(
     may follow. It writes the calibration.toml that `calibrate` writes, without a verification.
     """
     calibrate(
-        machine,
-        readings=readings,
-        period=period,
-        out=out,
-        overwrite=overwrite,
-        as_json=as_json,
+        machine, readings=readings, period=period, out=out, overwrite=overwrite, as_json=as_json
     )
 
 

@@ -11,10 +11,7 @@ if TYPE_CHECKING:
     from macromicro.identify.look import Look
 
 
-def look(
-    file: Path,
-    as_json: bool = False,
-) -> None:
+def look(file: Path, as_json: bool = False) -> None:
     """Print what a data file holds: columns, units, rate, gaps.
 
     The last line is the command to use next (docs/identify.md).

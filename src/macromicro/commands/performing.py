@@ -62,9 +62,7 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
 
 
 def performed(
-    job: Any,
-    bar: AbstractContextManager[Callable[[float, int], None]],
-    signals: Signals,
+    job: Any, bar: AbstractContextManager[Callable[[float, int], None]], signals: Signals
 ) -> Any:
     """The run that a job describes. A signal ends the run with a whole recording and no report."""
     from macromicro.runs.job import Stop, execute

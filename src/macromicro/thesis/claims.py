@@ -117,7 +117,7 @@ def within(name: str, *values: float) -> str:
     """The verdict for values within the claim's bands; NaN counts as not measured."""
     if any(math.isnan(v) for v in values):
         return NOT_MEASURED
-    return holds(accepts(name, *values))
+    return _holds(accepts(name, *values))
 
 
 def reached(name: str, value: float) -> str:
@@ -125,17 +125,27 @@ def reached(name: str, value: float) -> str:
     return DIFFERS if math.isnan(value) else within(name, value)
 
 
-def holds(good: bool) -> str:
+def _holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
 def stated(
-    name: str, measured: Number, verdict: str, wording: str = "", /, **values: object
+    name: str,
+    measured: Number,
+    verdict: str | bool | None = None,
+    wording: str = "",
+    /,
+    **values: object,
 ) -> Claim:
     """The claim `name` with its measurement; KeyError for an unknown one.
 
+    Without a verdict the bands decide; a truth value says whether the claim's rule is met.
     `values` fill the placeholders of its reason in the list; `wording` names one of several.
     """
+    if verdict is None:
+        verdict = within(name, *(measured if isinstance(measured, list) else [measured]))
+    elif not isinstance(verdict, str):
+        verdict = _holds(verdict)
     reason = STATEMENTS[name].reason
     text = reason if isinstance(reason, str) else reason[wording]
     return _claim(STATEMENTS[name], measured, verdict, worded(text, **values))

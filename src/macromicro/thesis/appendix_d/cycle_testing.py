@@ -13,7 +13,7 @@ from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, n
 from macromicro.thesis.appendix_d import cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
 from macromicro.thesis.captions import CAPTIONS, captioned
-from macromicro.thesis.claims import Claim, accepts, band, holds, judged, printed, stated
+from macromicro.thesis.claims import Claim, accepts, band, judged, printed, stated
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -74,18 +74,18 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
         stated(
             "A1",
             rise.late,
-            holds(good[0]),
+            good[0],
             course=rise,
             per_second=float(np.nanmean(per_second.tau1[-LATE:])),
             drift=data.unlimited.max(),
             missed=int(np.isnan(free.tau1).sum()),
             cycles=len(free.tau1),
         ),
-        stated("A2", again.late, holds(good[1]), course=again),
+        stated("A2", again.late, good[1], course=again),
         stated(
             "A3",
             fall.late,
-            holds(good[2]),
+            good[2],
             course=fall,
             more=1e3 * (mean.fall[-1] - mean.fall[-LATE]),
             limit=band("A3")[1],
@@ -96,7 +96,7 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
 def _delay(runs: list[Cycles]) -> Claim:
     least = float(min((run.tau1 - run.tau2).min() for run in runs))
     good = accepts("A4", least)
-    return stated("A4", least, holds(good), runs=len(runs), cycles=len(runs[0].tau1))
+    return stated("A4", least, good, runs=len(runs), cycles=len(runs[0].tau1))
 
 
 def _shares(mean: Cycles) -> Claim:
@@ -114,7 +114,7 @@ def _shares(mean: Cycles) -> Claim:
     return stated(
         "A5",
         [early[0], late[0], early[1], late[1]],
-        holds(good),
+        good,
         mean=mean,
         early=early,
         late=late,
@@ -133,12 +133,12 @@ def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     grows = float(np.polyfit(np.arange(len(total)), total, 1)[0]) > 0.0
     grows = grows and settled(total) > float(total[0])
     found = [float(total[0]), settled(total), 1e3 * trend.slope]
-    verdict = holds(grows and abs(trend.slope) <= trend.reach)
+    good = grows and abs(trend.slope) <= trend.reach
     values = {"first": found[0], "late": found[1], "slope": found[2], "reach": 1e3 * trend.reach}
     if not np.isfinite(data.room).all():
-        return stated("A6", found, verdict, "no-room", **values)
+        return stated("A6", found, good, "no-room", **values)
     room = (data.room.min(), data.room.max())
-    return stated("A6", found, verdict, "room", room=room, **values)
+    return stated("A6", found, good, "room", room=room, **values)
 
 
 NAMES = {"tau1": "rise time tau1", "fall": "fall time"}

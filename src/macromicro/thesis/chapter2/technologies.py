@@ -9,7 +9,7 @@ from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, stated, within
+from macromicro.thesis.claims import Claim, stated
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -32,11 +32,10 @@ def measured() -> list[Claim]:
         if survey[t.name].cost != t.cost
     ]
     return [
-        stated("D9", summed, within("D9", summed)),
+        stated("D9", summed),
         stated(
             "D10",
             row,
-            within("D10", *row),
             cheapest=against[0].cheapest,
             dearest=against[-1].dearest,
             finer=min(1.0 / a.accuracy for a in against),

@@ -14,7 +14,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
 from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, band, holds, printed_list, stated, within
+from macromicro.thesis.claims import Claim, band, printed_list, stated
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -36,15 +36,7 @@ def _flexure() -> Claim:
     whole = 1e3 * flexure_sheet.max_thickness(Beam(), 35 * GRAM_FORCE, 2e-3)
     half = 1e3 * flexure_sheet.max_thickness(Beam(), 17.5 * GRAM_FORCE, 2e-3)
     rate = flexure_sheet.stiffness(Beam(), 0.45e-3)
-    return stated(
-        "D1",
-        half,
-        within("D1", half),
-        whole=whole,
-        half=half,
-        rate=rate,
-        pull=rate * 4e-3 / GRAM_FORCE,
-    )
+    return stated("D1", half, whole=whole, half=half, rate=rate, pull=rate * 4e-3 / GRAM_FORCE)
 
 
 def _bits() -> list[Claim]:
@@ -55,7 +47,7 @@ def _bits() -> list[Claim]:
         ("D4", 1e6 * resolution.metres_per_gauss(SLOPE)),
         ("D5", 1e6 * b.position),
     )
-    return [stated(key, value, within(key, value)) for key, value in rows]
+    return [stated(key, value) for key, value in rows]
 
 
 def _magnet() -> Claim:
@@ -72,7 +64,7 @@ def _magnet() -> Claim:
     return stated(
         "D7",
         found,
-        holds(not off and best == "103MG5"),
+        not off and best == "103MG5",
         off="; ".join(off),
         wide=magnets.largest_change(magnets.TABLE_3_1[5], 0.04 * INCH).flux,
         best=best,
@@ -87,10 +79,7 @@ def _sensor() -> list[Claim]:
         s.name for s in hall_sensors.suitable(hall_sensors.TABLE_3_2, needs._replace(cost=100.0))
     ]
     good = set(names) == set(printed_list("D8")) and "SS94B1" in cheap
-    return [
-        stated("D8", names, holds(good), cheap=" ".join(cheap)),
-        stated("D11", 1e3 * floor, within("D11", 1e3 * floor)),
-    ]
+    return [stated("D8", names, good, cheap=" ".join(cheap)), stated("D11", 1e3 * floor)]
 
 
 CHOSEN = 0.45e-3  # m, Section 3.2.2

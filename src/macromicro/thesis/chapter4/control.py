@@ -26,16 +26,7 @@ from macromicro.thesis.chapter4._control_runs import (
     tracking,
 )
 from macromicro.thesis.chapter4._readings import nrmse, sign_changes, sticking
-from macromicro.thesis.claims import (
-    DIFFERS,
-    Claim,
-    NotMeasured,
-    accepts,
-    holds,
-    judged,
-    stated,
-    within,
-)
+from macromicro.thesis.claims import DIFFERS, Claim, NotMeasured, accepts, judged, stated
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -80,7 +71,7 @@ def pid(run: Recording) -> Claim:
         return stated("M9", rise, DIFFERS, "free", **swing)
     good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
     turned = "turns back" if stuck.back else "does not turn back"
-    return stated("M9", rise, holds(good), "stuck", stuck=stuck, turned=turned, **swing)
+    return stated("M9", rise, good, "stuck", stuck=stuck, turned=turned, **swing)
 
 
 def _reversals(turns: int) -> str:
@@ -95,7 +86,7 @@ def initial_pd(run: Recording, model: Array) -> Claim:
     over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
     model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
     good = accepts("M10", over, float(backs)) and model_over < 1.0 and model_backs == 0
-    return stated("M10", [over, float(backs)], holds(good), over=model_over, backs=model_backs)
+    return stated("M10", [over, float(backs)], good, over=model_over, backs=model_backs)
 
 
 def tuned_pd(square: Square) -> Claim:
@@ -104,14 +95,14 @@ def tuned_pd(square: Square) -> Claim:
     model = tracking(square.simulated, square.reference)
     good = accepts("M13", error) and seen.arrived and seen.largest <= 1.0
     wording = "arrived" if seen.arrived else "missed"
-    return stated("M13", error, holds(good), wording, seen=seen, model=model)
+    return stated("M13", error, good, wording, seen=seen, model=model)
 
 
 def full_move(run: Recording) -> Claim:
     time = settling_time(run["macro_position"], TRAVEL)
     if math.isnan(time):
         return stated("M14", time, DIFFERS, "late", travel=TRAVEL, seconds=len(run) * DT)
-    return stated("M14", time, within("M14", time), "arrived", rate=0.5 / time)
+    return stated("M14", time, "arrived", rate=0.5 / time)
 
 
 def ranking(square: Square) -> Claim:
@@ -121,7 +112,7 @@ def ranking(square: Square) -> Claim:
     return stated(
         "M15",
         [tuned.settled, initial.settled, pid_.settled],
-        holds(good),
+        good,
         tuned=tuned,
         initial=initial,
         pid=pid_,
@@ -134,7 +125,7 @@ def travel(run: Recording) -> Claim:
     if gone < 0.5 * TRAVEL:
         raise NotMeasured(f"the carriage moved only {gone:.0f} counts, too few to measure a pitch")
     counts = counts_per_200_mm(run)
-    return stated("M16", counts, within("M16", counts), pitch=200e3 / counts)
+    return stated("M16", counts, pitch=200e3 / counts)
 
 
 DEAD_ZONE = 3.0  # V

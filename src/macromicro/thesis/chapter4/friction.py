@@ -17,7 +17,7 @@ from macromicro.recording import Recording
 from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.chapter4._friction_runs import Coulomb
-from macromicro.thesis.claims import Claim, holds, stated, within
+from macromicro.thesis.claims import DIFFERS, Claim, stated, within
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -52,7 +52,7 @@ def collect(lab: Lab) -> FrictionData:
 def claims(data: FrictionData) -> list[Claim]:
     zone = data.zone
     spread = max(float(np.ptp(zone.thresholds(way)[1])) for way in (1, -1))
-    verdict = within("M1", zone.width) if spread > 0.0 else holds(False)
+    verdict = within("M1", zone.width) if spread > 0.0 else DIFFERS
     return [stated("M1", zone.width, verdict, spread=spread)]
 
 

@@ -19,7 +19,7 @@ from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter4 import _friction_runs, _identification_runs, _validation
 from macromicro.thesis.chapter4._identification_runs import MacroModel
 from macromicro.thesis.chapter4._validation import Case
-from macromicro.thesis.claims import Claim, holds, judged, printed, stated, within
+from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim, judged, printed, stated, within
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -147,9 +147,9 @@ def open_loop(found: MacroModel) -> list[Claim]:
 def _speeds(found: MacroModel) -> list[Claim]:
     slow, middle, fast = (found.speeds[volts] for volts in (0.1, 1.0, 2.0))
     return [
-        stated("M2", slow, within("M2", slow)),
-        stated("M3", middle, within("M3", middle)),
-        stated("M3b", fast, within("M3b", fast), line=found.zone.speed(2.0)),
+        stated("M2", slow),
+        stated("M3", middle),
+        stated("M3b", fast, line=found.zone.speed(2.0)),
     ]
 
 
@@ -157,23 +157,18 @@ def _linear(found: MacroModel) -> list[Claim]:
     a, b, gain = float(found.linear.a[0]), float(found.linear.b[0]), found.linear.gain
     den, num = found.linear.with_integrator()
     pole = within("M4a", a)
-    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else holds(False)
+    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else DIFFERS
     return [
         stated("M4a", a, pole),
         stated("M4b", b, size, gain=gain),
-        stated(
-            "M5", [float(num[0]), float(den[0]), float(den[1])], holds(pole == size == "reproduced")
-        ),
+        stated("M5", [float(num[0]), float(den[0]), float(den[1])], pole == size == REPRODUCED),
     ]
 
 
 def _jump(found: MacroModel) -> list[Claim]:
     side = found.zone.both
     apart = abs(found.zone.positive.a0 - found.zone.negative.a0)
-    return [
-        stated("M6a", side.a0, within("M6a", side.a0), apart=apart),
-        stated("M6b", side.delta, within("M6b", side.delta)),
-    ]
+    return [stated("M6a", side.a0, apart=apart), stated("M6b", side.delta)]
 
 
 PROCEDURE = procedure(

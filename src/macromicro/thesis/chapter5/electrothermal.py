@@ -44,16 +44,7 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
 )
 from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
-from macromicro.thesis.claims import (
-    Claim,
-    NotMeasured,
-    accepts,
-    holds,
-    judged,
-    printed,
-    stated,
-    within,
-)
+from macromicro.thesis.claims import Claim, NotMeasured, accepts, judged, printed, stated, within
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -107,8 +98,8 @@ def _gain(models: Models) -> list[Claim]:
     a = line.model.a
     near = accepts("S5b", a) or low <= PRINTED_A <= high
     return [
-        stated("S5a", fit.asymptote, within("S5a", fit.asymptote), fit=fit),
-        stated("S5b", a, holds(near), fit=fit, low=low, high=high),
+        stated("S5a", fit.asymptote, fit=fit),
+        stated("S5b", a, near, fit=fit, low=low, high=high),
     ]
 
 
@@ -145,14 +136,7 @@ def _mls(models: Models) -> str:
 def _cooling(table: FodTable, data: StepData) -> Claim:
     """S8 as in Section 5.2.2, for an actuator cycled a few times; also from cold."""
     warm = cooling(table, data.warm, AMBIENT)
-    return stated(
-        "S8",
-        warm.time,
-        within("S8", warm.time),
-        cycles=CYCLES_BEFORE,
-        cold=_cold(table, data),
-        warm=warm,
-    )
+    return stated("S8", warm.time, cycles=CYCLES_BEFORE, cold=_cold(table, data), warm=warm)
 
 
 def _cold(table: FodTable, data: StepData) -> str:
@@ -169,7 +153,6 @@ def _whole(models: Models) -> Claim:
     return stated(
         "S10",
         [steady, ratio],
-        within("S10", steady, ratio),
         steady=steady,
         ratio=ratio,
         high=100.0 * steps[1.8].dynamic,
@@ -197,7 +180,7 @@ def printed_gain() -> list[Claim]:
     good = accepts("S9", *found) and bool((everywhere >= 0.0).all())
     silent = float(volts[rise < 0.05][-1])
     high = weighted(Weighted(), 1.9)
-    return [stated("S9", found, holds(good), silent=silent, high=high)]
+    return [stated("S9", found, good, silent=silent, high=high)]
 
 
 HOT = "temperature [degC]"

@@ -88,7 +88,7 @@ def _spikes(s: Spikes) -> Claim:
 
 def _preisach(runs: KilnRuns) -> Claim:
     worst = 100.0 * max(p.share for p in runs.predictions)
-    return stated("S2", worst, within("S2", worst), profiles=len(runs.predictions))
+    return stated("S2", worst, profiles=len(runs.predictions))
 
 
 def _full(table: FodTable) -> Claim:
@@ -96,7 +96,6 @@ def _full(table: FodTable) -> Claim:
     return stated(
         "S6",
         full,
-        within("S6", full),
         count=1e3 * ENCODER_MM,
         share=100.0 * ENCODER_MM / table.span,
         early=full_contraction(table),

@@ -7,17 +7,7 @@ import numpy as np
 from macromicro.runs import sequence
 from macromicro.thesis.chapter5 import _micro_figures, micro_runs
 from macromicro.thesis.chapter5.micro_runs import MicroRuns, Swing
-from macromicro.thesis.claims import (
-    Claim,
-    accepts,
-    band,
-    holds,
-    judged,
-    reached,
-    stated,
-    whole,
-    within,
-)
+from macromicro.thesis.claims import Claim, accepts, band, judged, reached, stated, whole
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -47,7 +37,7 @@ def _stop(runs: MicroRuns) -> Claim:
     return stated(
         "S3",
         float(np.mean(above)),
-        holds(good),
+        good,
         volts=(micro_runs.ABOVE_STOP[0], micro_runs.ABOVE_STOP[-1]),
         lowest=min(above),
         highest=max(above),
@@ -60,7 +50,7 @@ def _foot(runs: MicroRuns) -> Claim:
     first = micro_runs.first_response(runs.feet)
     still = max(1e3 * micro_runs.highest(r) for v, r in runs.feet.items() if v <= 1.3)
     good = accepts("S4", first) and still < 20.0
-    return stated("S4", first, holds(good), still=still, first=first)
+    return stated("S4", first, good, still=still, first=first)
 
 
 def grows(values: list[float], noise: float) -> bool:
@@ -80,7 +70,7 @@ def _proportional(runs: MicroRuns) -> Claim:
     return stated(
         "S11",
         micro_runs.chosen_gain(swings),
-        holds(good),
+        good,
         low=low,
         high=high,
         most=max(errors),
@@ -101,7 +91,7 @@ def _windup(runs: MicroRuns) -> Claim:
     return stated(
         "S12",
         micro_runs.chosen_integral_gain(runs.integral),
-        holds(low > 0.02 and plain > 50.0 and plain > held),
+        low > 0.02 and plain > 50.0 and plain > held,
         low=low,
         plain=plain,
         held=held,
@@ -134,7 +124,7 @@ def _accuracy(runs: MicroRuns) -> Claim:
     whole("the sequence of holds", *runs.held)
     worst = micro_runs.worst_hold(runs)
     count = len(runs.held) * len(micro_runs.HOLDS)
-    return stated("S13c", worst, within("S13c", worst), count=count)
+    return stated("S13c", worst, count=count)
 
 
 def collect(lab: Lab) -> MicroRuns:

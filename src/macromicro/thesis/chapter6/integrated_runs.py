@@ -28,7 +28,6 @@ from macromicro.thesis.claims import (
     NotMeasured,
     accepts,
     band,
-    holds,
     judged,
     reached,
     stated,
@@ -184,7 +183,7 @@ def _sequence(found: list[Turn]) -> Claim:
     return stated(
         "I1",
         waits,
-        holds(good and len(found) > 0),
+        good and len(found) > 0,
         count=len(found),
         moved=_span([t.moved for t in found]),
         waited=_span(waits),
@@ -208,7 +207,7 @@ def _vibration(runs: IntegratedRuns) -> Claim:
     return stated(
         "I2",
         [float(np.mean(size)), float(np.mean(decay))],
-        holds(good),
+        good,
         count=len(found),
         expected=expected,
         creep=1e3 * CREEP,
@@ -234,10 +233,10 @@ def _warming(runs: IntegratedRuns) -> Claim:
         "worst": bias.worst,
     }
     if last.true_bias_um is None:
-        return stated("I3", measured, holds(good), "recording", **values)
+        return stated("I3", measured, good, "recording", **values)
     left, true = _number(last.left_um), last.true_bias_um
     good = good and abs(shown[1] - left) < 0.5 * shown[1]
-    return stated("I3", measured, holds(good), "truth", true=true, left=left, **values)
+    return stated("I3", measured, good, "truth", true=true, left=left, **values)
 
 
 def _cooling(runs: IntegratedRuns) -> Claim:
@@ -248,7 +247,7 @@ def _cooling(runs: IntegratedRuns) -> Claim:
     return stated(
         "I4",
         time,
-        holds(accepts("I4", time) and bias.worst < 5.0),
+        accepts("I4", time) and bias.worst < 5.0,
         slowest=_number(last.slowest_s),
         worst=bias.worst,
         bias=_number(last.bias_um),

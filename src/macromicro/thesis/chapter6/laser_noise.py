@@ -18,7 +18,7 @@ from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
 from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import _electrothermal_runs
-from macromicro.thesis.claims import Claim, accepts, band, holds, judged, stated, within
+from macromicro.thesis.claims import Claim, accepts, band, judged, stated, within
 from macromicro.thesis.contents import procedure
 from macromicro.thesis.procedure import Lab
 
@@ -109,7 +109,7 @@ def _accuracy(seen: LaserRuns) -> Claim:
     return stated(
         "I7",
         max(calm),
-        holds(accepts("I7", max(calm), off)),
+        accepts("I7", max(calm), off),
         calm=len(calm),
         places=(1e3 * SET_POINTS[0], 1e3 * SET_POINTS[-1]),
         seconds=SETTLE_S,
