@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,6 +27,7 @@ from macromicro.commands.response import response
 from macromicro.commands.robust import robust
 from macromicro.commands.serve import serve
 from macromicro.commands.signals import INTERRUPTED, Signals
+from macromicro.commands.streams import say
 from macromicro.commands.sweep import sweep
 from macromicro.commands.tune import tune
 from macromicro.errors import InputError, MacromicroError, ProblemError
@@ -52,13 +52,13 @@ def main() -> int:
     try:
         command_line()(prog_name="macromicro")
     except MacromicroError as error:
-        _say(str(error))
+        say(str(error))
         return error.exit_status
     except OSError as error:
-        _say(_named(error))
+        say(_named(error))
         return 1
     except KeyboardInterrupt:
-        _say("interrupted")
+        say("interrupted")
         return INTERRUPTED + signal.SIGINT
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
@@ -69,10 +69,6 @@ def main() -> int:
 def command_line() -> Any:
     """All commands with their options, which take a moment to put together."""
     return typer.main.get_command(app)
-
-
-def _say(text: str) -> None:
-    print(f"macromicro: {text}", file=sys.stderr)
 
 
 def _named(error: OSError) -> str:
@@ -148,7 +144,7 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             request = Request(programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
             performing.perform(request, as_json, yes, signals)
         except KeyboardInterrupt:
-            _say("interrupted")
+            say("interrupted")
             raise typer.Exit(signals.status) from None
 
 

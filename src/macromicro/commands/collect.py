@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.commands._experiments import Experiment
@@ -61,7 +62,7 @@ def _collect(one: Experiment, place: Path, signals: Signals) -> None:
     try:
         recordings = one.collect(signals)
     except KeyboardInterrupt:
-        print("macromicro: interrupted; nothing written", file=sys.stderr)
+        say("interrupted; nothing written")
         raise typer.Exit(signals.status or 130) from None
     with folder.staged(place) as stage:
         for name, recording in recordings.items():

@@ -19,17 +19,17 @@ def compare(
 ) -> None:
     """Compare recordings in a figure and a table of differences."""
     from macromicro.drawing.files import formats
-    from macromicro.report import comparison, comparison_files, terminal
+    from macromicro.report import comparison, terminal
     from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
 
     kinds = formats(figures)
     sides = comparison.load(recordings or [])
-    names, out = comparison_files.FILES, folder.chosen(out, OUT, overwrite=overwrite)
-    folder.check(out, comparison_files.BYTES, overwrite=overwrite, names=names)
+    names, out = comparison.FILES, folder.chosen(out, OUT, overwrite=overwrite)
+    folder.check(out, comparison.BYTES, overwrite=overwrite, names=names)
     with Signals(), folder.held(out, overwrite=overwrite, names=names):
         found = comparison.compare(sides)
-        comparison_files.write(out, found, kinds)
+        comparison.write(out, found, kinds)
     if as_json:
         print(to_json(comparison.content(found)), end="")
         return

@@ -43,7 +43,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     """
     from json import dumps
 
-    from macromicro.commands import _checking, _timing, _walking
+    from macromicro.commands import _checking, _timing
     from macromicro.rig.board.named import joined
     from macromicro.serve import health, persist
     from macromicro.serve.choosing import load
@@ -65,7 +65,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     if machine is not None:
         findings = _checking.machine(machine)
     elif walk:
-        findings = _each(rig, lambda one: _walking.rig(one, move, heat, yes=yes))
+        findings = _each(rig, lambda one: _checking.walked(one, move, heat, yes=yes))
     elif look or move is not None:
         findings = _each(rig, lambda one: _checking.rig(one, move, yes=yes))
     elif law is None:

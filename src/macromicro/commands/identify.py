@@ -14,7 +14,7 @@ from macromicro.commands.calibrate import calibrate
 from macromicro.commands.group import Group
 from macromicro.commands.options import command, worded
 from macromicro.commands.signals import Signals
-from macromicro.commands.streams import warned
+from macromicro.commands.streams import say, warned
 from macromicro.identify import options
 
 if TYPE_CHECKING:
@@ -272,7 +272,7 @@ def _work(
         if out is not None:
             print(f"results: {out}")
     if signals.received:
-        print(f"macromicro: {CUT_SHORT}", file=sys.stderr)
+        say(CUT_SHORT)
         raise typer.Exit(signals.status)
     if not found.holds:
         raise typer.Exit(1)

@@ -12,6 +12,7 @@ import typer
 
 from macromicro.commands.group import compiling, tell
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.runs.job import Request
@@ -47,7 +48,7 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
         except OSError as error:
             reason = error.strerror or str(error)
             said = f"the report could not be written: {reason}; the recording is in {job.out}"
-            print(f"macromicro: {said}", file=sys.stderr)
+            say(said)
             raise typer.Exit(signals.status or 1) from None
         if as_json:
             print(to_json(report.summary), end="")
@@ -56,7 +57,7 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
             if learned is not None:
                 print(f"the law has learned: continue with --config {learned}")
         if report.problems:
-            print(f"macromicro: {'; '.join(report.problems)}", file=sys.stderr)
+            say("; ".join(report.problems))
         if report.problems or signals.received:
             raise typer.Exit(signals.status or 1)
 
@@ -82,5 +83,5 @@ def performed(
             return execute(job, step)
     except Stop:
         said = f"interrupted at {reached:.3f} s; the recording is in {job.out}"
-        print(f"macromicro: {said}", file=sys.stderr)
+        say(said)
         raise typer.Exit(signals.status) from None

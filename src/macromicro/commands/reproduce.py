@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from datetime import datetime
@@ -14,6 +13,7 @@ import typer
 from macromicro import portable
 from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.thesis.procedure import Lab, Procedure
@@ -107,10 +107,10 @@ def _reproduce(
         print(f"page: {page}")
     failures = [r for r in results if r.failure]
     for result in failures:
-        print(f"macromicro: {result.name}: {result.failure}", file=sys.stderr)
+        say(f"{result.name}: {result.failure}")
     noted = [(r.name, note) for r in results for note in r.notes]
     for name, note in noted:
-        print(f"macromicro: {name}: {note}", file=sys.stderr)
+        say(f"{name}: {note}")
     if signals.received or failures or noted:
         raise typer.Exit(signals.status or 1)
 

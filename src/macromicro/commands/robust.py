@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from datetime import datetime
 from pathlib import Path
@@ -13,6 +12,7 @@ import typer
 from macromicro.commands.group import announce_compiling, tell
 from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.robustness.request import Ready
@@ -52,7 +52,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     found = ready(config, programme, law, workers, fan=fan, variants=variants)
     tell(found.setup.settings)
     for each in doubts.found(found.setup.settings):
-        print(f"macromicro: warning: {each.text}", file=sys.stderr)
+        say(f"warning: {each.text}")
     request = found.request(samples, seed, requirements)
     place = folder.chosen(out, Path("results") / f"robust-{found.place}", overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
@@ -103,8 +103,7 @@ def _robust(
 
 
 def _interrupted(done: int, asked: int, out: Path) -> None:
-    print(
-        f"macromicro: interrupted after {done} of {asked} machines; "
-        f"the results so far are in {out}, marked incomplete",
-        file=sys.stderr,
+    say(
+        f"interrupted after {done} of {asked} machines; "
+        f"the results so far are in {out}, marked incomplete"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ import typer
 from macromicro.commands.group import tell
 from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.sweeps.results import Summary
@@ -58,7 +58,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
         try:
             _sweep(request, signals, kinds)
         except KeyboardInterrupt:  # a second signal
-            print("macromicro: interrupted", file=sys.stderr)
+            say("interrupted")
             raise typer.Exit(signals.status) from None
 
 
@@ -82,9 +82,9 @@ def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) ->
     _draw(ready.out, kinds)
     if summary.constant:
         paths = ", ".join(axis.path for axis in ready.spec.axes)
-        print(f"macromicro: no metric varies; does {ready.spec.job} use {paths}?", file=sys.stderr)
+        say(f"no metric varies; does {ready.spec.job} use {paths}?")
     if summary.infeasible == summary.rows:
-        print("macromicro: every variant is infeasible", file=sys.stderr)
+        say("every variant is infeasible")
         raise typer.Exit(signals.status or 1)
 
 
@@ -104,10 +104,9 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
     if request.law is not None:
         words += ["--law", request.law]
     count = ready.spec.variants
-    print(
-        f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "
-        f"to continue: {shlex.join(words)}",
-        file=sys.stderr,
+    say(
+        f"interrupted; {outcome.done} of {count} variants are finished and kept; "
+        f"to continue: {shlex.join(words)}"
     )
 
 

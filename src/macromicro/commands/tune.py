@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import typer
 from macromicro.commands.group import tell
 from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.tuning.request import Ready
@@ -96,7 +96,7 @@ def _tune(
         report = files.summarise(found)
         files.write(place, report, kinds)
     except KeyboardInterrupt:  # a second signal
-        print("macromicro: interrupted, nothing was written", file=sys.stderr)
+        say("interrupted, nothing was written")
         raise typer.Exit(signals.status) from None
     if as_json:
         print(files.as_json(report), end="")
@@ -106,8 +106,5 @@ def _tune(
         if found.better:
             print(f"try: macromicro run --config {place / files.SETTINGS}")
     if signals.received:
-        print(
-            f"macromicro: interrupted after {found.evaluations} designs; the best is kept",
-            file=sys.stderr,
-        )
+        say(f"interrupted after {found.evaluations} designs; the best is kept")
         raise typer.Exit(signals.status)

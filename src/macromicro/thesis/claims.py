@@ -133,8 +133,9 @@ def stated(
     name: str,
     measured: Number,
     verdict: str | bool | None = None,
-    wording: str = "",
     /,
+    *,
+    wording: str = "",
     **values: object,
 ) -> Claim:
     """The claim `name` with its measurement; KeyError for an unknown one.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.thesis.ended import collected
 
-from macromicro.thesis.chapter4 import _validation, identification
+from macromicro.thesis.chapter4 import identification
 from macromicro.thesis.chapter4.identification import IdentificationData
 from macromicro.thesis.claims import DIFFERS
 
@@ -83,6 +83,6 @@ def test_tuned_friction_model(data: IdentificationData, figures: dict[str, list[
 def test_validation_can_fail(data: IdentificationData) -> None:
     """M8 differs where the tuned model is no better; M7 where the initial one is never wrong."""
     worse = [c._replace(tuned=c.initial) for c in data.cases]
-    assert _validation.claims(worse)[1].verdict == DIFFERS
+    assert identification.case_claims(worse)[1].verdict == DIFFERS
     perfect = [c._replace(initial=c.bench + 0.01 * (c.tuned - c.bench)) for c in data.cases]
-    assert _validation.claims(perfect)[0].verdict == DIFFERS
+    assert identification.case_claims(perfect)[0].verdict == DIFFERS

@@ -18,8 +18,7 @@ from macromicro.plant.bench import Truth
 from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
 from macromicro.types import SAFE, Command, Outputs, Sample
 from macromicro.units import quantity

@@ -8,9 +8,8 @@ from macromicro.design import costs
 from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.claims import Claim, stated
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:

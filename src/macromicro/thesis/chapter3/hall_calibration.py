@@ -10,14 +10,21 @@ from macromicro.arrays import Array
 from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
+from macromicro.hall_table import profile
 from macromicro.identify.hall import HallFit, calibrated
+from macromicro.lab.drive import drive
 from macromicro.lab.machine import Machine
-from macromicro.thesis import hall_ramps
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
+
+
+def ramps(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
+    ctrl, parts = profile(runs)
+    found = drive(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
+    return [(found["hall"][part], found["laser"][part]) for part in parts]
+
 
 # Left out at either end, and the length of an end [mm].
 MARGIN, END = 0.05, 0.2
@@ -44,7 +51,7 @@ class HallRuns(NamedTuple):
 
 
 def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
-    runs = hall_ramps.collect(plant, seed)
+    runs = ramps(plant, seed)
     fit = calibrated(runs)
     return HallRuns(runs, fit, slopes(runs, fit))
 

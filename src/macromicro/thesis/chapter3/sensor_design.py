@@ -13,9 +13,8 @@ from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.claims import Claim, band, printed_list, stated
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:

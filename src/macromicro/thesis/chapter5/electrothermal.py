@@ -27,13 +27,7 @@ from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter5 import (
-    _electrothermal_runs,
-    actuator_fits,
-    actuator_models,
-    kiln_runs,
-)
+from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_models, kiln_runs
 from macromicro.thesis.chapter5._electrothermal_runs import (
     ABOVE_STOP,
     BELOW_STOP,
@@ -42,10 +36,9 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
     WARM,
     StepData,
 )
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
-from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
+from macromicro.thesis.chapter5.actuator_models import Models, Unfitted, full_contraction
 from macromicro.thesis.claims import Claim, NotMeasured, accepts, judged, printed, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
 
 PRINTED_A = printed("S5b")  # 1/V, (5.5)
@@ -122,7 +115,7 @@ def _mls(models: Models) -> str:
         record = models.traces[1.575].record
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # the reason says so
-            found = actuator_fits.heating_mls(record, models.thesis.steady[1.575])
+            found = actuator_models.heating_mls(record, models.thesis.steady[1.575])
         made = found.simulate(np.ones(round(60.0 / found.dt)))
     except InputError as error:
         return f"MLS, which Section 5.2.2 uses, finds no such model ({error})"

@@ -13,12 +13,11 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify.kiln import Prediction, cleaned, window_means, without_spikes
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import kiln_runs
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
+from macromicro.thesis.chapter5.actuator_models import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -81,9 +80,9 @@ def claims(runs: KilnRuns) -> list[Claim]:
 def _spikes(s: Spikes) -> Claim:
     share = 100.0 * s.changed
     if not np.isfinite(s.smooth_rms):
-        return stated("S1", None, NOT_MEASURED, "unknown", seen=s, share=share)
+        return stated("S1", None, NOT_MEASURED, wording="unknown", seen=s, share=share)
     verdict = within("S1", s.raw_max, s.smooth_rms)
-    return stated("S1", [s.raw_max, s.smooth_rms], verdict, "compared", seen=s, share=share)
+    return stated("S1", [s.raw_max, s.smooth_rms], verdict, wording="compared", seen=s, share=share)
 
 
 def _preisach(runs: KilnRuns) -> Claim:

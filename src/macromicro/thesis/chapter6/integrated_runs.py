@@ -233,10 +233,10 @@ def _warming(runs: IntegratedRuns) -> Claim:
         "worst": bias.worst,
     }
     if last.true_bias_um is None:
-        return stated("I3", measured, good, "recording", **values)
+        return stated("I3", measured, good, wording="recording", **values)
     left, true = _number(last.left_um), last.true_bias_um
     good = good and abs(shown[1] - left) < 0.5 * shown[1]
-    return stated("I3", measured, good, "truth", true=true, left=left, **values)
+    return stated("I3", measured, good, wording="truth", true=true, left=left, **values)
 
 
 def _cooling(runs: IntegratedRuns) -> Claim:

@@ -16,10 +16,9 @@ from macromicro.lab.machine import Machine
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import _electrothermal_runs
 from macromicro.thesis.claims import Claim, accepts, band, judged, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned, procedure
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
