@@ -15,6 +15,8 @@ from macromicro.thesis.appendix_d.cycle_testing import CycleData, Cycles
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 from macromicro.thesis.cycle_bench import CycleBench
 
+TWIN = cycle_bench.prepare(CycleBench())
+
 
 @pytest.fixture(scope="module")
 def data() -> CycleData:
@@ -51,10 +53,9 @@ def test_settled_time(claims: dict[str, Claim], name: str, low: float, high: flo
 @pytest.mark.slow
 def test_rig_gives_what_the_compiled_run_gives() -> None:
     """The same law drives the twin sample by sample: the same counts."""
-    fast = cycle_testing.cycling_runs(runs=1, cycles=2, room_std=0.0, rest_s=0.0)
-    plant = cycle_bench.prepare(CycleBench())
+    fast = cycle_testing.cycling_runs(TWIN, runs=1, cycles=2, room_std=0.0, rest_s=0.0)
     channels = ("encoder",)
-    rig = Fixture("a cycle bench", CYCLE, lambda seed: CycleTwin(plant), channels, CYCLE_PERIOD)
+    rig = Fixture("a cycle bench", CYCLE, lambda seed: CycleTwin(TWIN), channels, CYCLE_PERIOD)
     slow = cycle_testing.cycling_runs(rig, runs=2, cycles=2, rest_s=0.5)
     np.testing.assert_array_equal(slow.counts[0], fast.counts[0])
     np.testing.assert_array_equal(slow.literal, fast.literal)
@@ -91,9 +92,9 @@ def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
 @pytest.mark.slow
 def test_half_an_hour_is_enough_and_ten_seconds_are_not() -> None:
     """Claim A6: in a room of one temperature, a rested run repeats the one before."""
-    rested = cycle_testing.cycling_runs(runs=2, cycles=4, room_std=0.0)
+    rested = cycle_testing.cycling_runs(TWIN, runs=2, cycles=4, room_std=0.0)
     np.testing.assert_array_equal(rested.counts[0], rested.counts[1])
-    hurried = cycle_testing.cycling_runs(runs=2, cycles=4, room_std=0.0, rest_s=10.0)
+    hurried = cycle_testing.cycling_runs(TWIN, runs=2, cycles=4, room_std=0.0, rest_s=10.0)
     first, second = (cycle_testing.measured(c) for c in hurried.counts)
     assert second.fall[0] > first.fall[0] + 0.02
 

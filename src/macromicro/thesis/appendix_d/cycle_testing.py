@@ -11,7 +11,7 @@ import numpy as np
 from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, dots, finish, new, note
 from macromicro.errors import MacromicroError
 from macromicro.identify.clusters import within
 from macromicro.kernel import compiled, kernel
@@ -21,7 +21,7 @@ from macromicro.rig.twin import noise_source
 from macromicro.thesis import cycle_bench
 from macromicro.thesis.claims import Claim, accepts, band, judged, printed, stated
 from macromicro.thesis.contents import CAPTIONS, captioned, procedure
-from macromicro.thesis.cycle_bench import CycleBed, CycleBench, CyclePlant, CycleState
+from macromicro.thesis.cycle_bench import CycleBed, CyclePlant, CycleState
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _on_rig(rig: Fixture, seed: int, runs: int, cycles: int, rest_s: float) -> C
 
 
 def cycling_runs(
-    bed: CycleBed | None = None,
+    plant: CycleBed,
     seed: int = 0,
     runs: int = RUNS,
     cycles: int = CYCLES,
@@ -163,11 +163,10 @@ def cycling_runs(
 ) -> CycleData:
     """All runs, the first from cold, each later one after `rest_s` [s] of rest.
 
-    By default on the twin, whose room temperature varies from run to run by `room_std` [K].
+    On the twin the room temperature varies from run to run by `room_std` [K].
     """
-    if isinstance(bed, Fixture):
-        return _on_rig(bed, seed, runs, cycles, rest_s)
-    plant = bed or cycle_bench.prepare(CycleBench())
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, seed, runs, cycles, rest_s)
     drive, idle = compiled(_run), compiled(_rest)
     room = plant.micro.thermal.ambient + room_std * noise_source(seed).standard_normal(runs)
     requested = reference(cycles)
@@ -257,16 +256,15 @@ STEADY = 2.0  # % of their mean, within which they may still change
 EARLY = 4  # cycles at the beginning, in which nearly all of the growth of the shares comes
 
 
-def claims(data: CycleData | None = None) -> list[Claim]:
-    seen = data or cycling_runs()
-    runs = [measured(c) for c in seen.counts]
+def claims(data: CycleData) -> list[Claim]:
+    runs = [measured(c) for c in data.counts]
     mean = Cycles(*(np.mean([run[k] for run in runs], axis=0) for k in range(5)))
     return judged(
         [
-            (("A1", "A2", "A3"), lambda: _times(seen, mean)),
+            (("A1", "A2", "A3"), lambda: _times(data, mean)),
             ("A4", lambda: _delay(runs)),
             ("A5", lambda: _shares(mean)),
-            ("A6", lambda: _total(seen, runs, mean)),
+            ("A6", lambda: _total(data, runs, mean)),
         ]
     )
 
@@ -442,18 +440,11 @@ def _rise_and_fall(data: CycleData) -> Drawn:
     finish(by_cycle, "(a) by cycle", "cycle", "total time [s]", legend=True)
     each = total.mean(axis=1)
     trend = run_trend(each, room)
-    by_run.plot(np.arange(1, len(each) + 1), each, color=BLUE, marker="o", ms=5, linestyle="")
+    dots(by_run, np.arange(1, len(each) + 1), each, BLUE, "o")
     known = bool(np.isfinite(room).all())
     if known:
         for k, (value, degc) in enumerate(zip(each, room, strict=True), 1):
-            by_run.annotate(
-                f"{degc:.1f}",
-                (k, value),
-                (0, 6),
-                textcoords="offset points",
-                fontsize=7,
-                horizontalalignment="center",
-            )
+            note(by_run, f"{degc:.1f}", (k, value), (0, 6), fontsize=7, ha="center")
     by_run.margins(y=0.15)
     finish(by_run, "(b) mean of each run", "run", "total time [s]")
     by_run.margins(x=0.06)

@@ -10,7 +10,18 @@ from numpy.typing import NDArray
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    finish,
+    line,
+    new,
+    note,
+)
 from macromicro.schema.par import Par
 from macromicro.thesis.chapter2 import _actuator_runs as runs
 from macromicro.thesis.chapter2._actuator_runs import Alloy, Cycle, Principle, Readings
@@ -77,13 +88,7 @@ def hysteresis(data: Principle) -> Drawn:
         for place, level, mark in zip(ends, levels, "sf", strict=True):
             major.plot(place, level, "o", color=colour, markersize=4)
             above = level == length[0]
-            major.annotate(
-                f"${letter}_{mark}$",
-                (place, level),
-                xytext=(-4, 6 if above else -14),
-                textcoords="offset points",
-                fontsize=9,
-            )
+            note(major, f"${letter}_{mark}$", (place, level), (-4, 6 if above else -14), fontsize=9)
     _branches(minor, data.minor)
     finish(major, "(a) major loop", "temperature [degC]", "length - cold, unloaded length [mm]")
     finish(minor, "(b) minor loops", "temperature [degC]")
@@ -176,7 +181,7 @@ def work(data: Principle) -> Drawn:
         place = (r.temperature[k], 1e3 * r.extension[k])
         steps.plot(*place, "o", color=BLACK, markersize=4)
         aside = {"A": (2, 5), "B": (-6, 7), "C": (-6, -14), "D": (2, -14)}[name]
-        steps.annotate(name, place, xytext=aside, textcoords="offset points", fontsize=9)
+        note(steps, name, place, aside, fontsize=9)
     steps.set_ylim(-4.8, 0.7)
     left, right = law.get_xlim(), bench.get_xlim()
     finish(law, "(a) by the law", "strain [%]", "stress [MPa]")
@@ -212,7 +217,7 @@ def _cycle(ax: Any, c: Cycle, aside: tuple[tuple[int, int], ...]) -> None:
     line(ax, np.append(x, x[0]), np.append(y, y[0]), BLUE, "")
     for name, k, offset in zip("ABCD", c.states, aside, strict=True):
         ax.plot(x[k], y[k], "o", color=BLACK, markersize=4)
-        ax.annotate(name, (x[k], y[k]), xytext=offset, textcoords="offset points", fontsize=9)
+        note(ax, name, (x[k], y[k]), offset, fontsize=9)
 
 
 def heat(_: Principle) -> Drawn:
@@ -269,14 +274,9 @@ def calorimeter(data: Principle) -> Drawn:
             level = float(np.interp(place, scan.sample[order], flow[order]))
             ax.plot(place, level, "o", color=colour, markersize=4)
             hot = name == "heating"
-            ax.annotate(
-                f"{word} {place:.0f}",
-                (place, level),
-                xytext=(-5 if word == "onset" and hot else 5, 4 if hot else -12),
-                textcoords="offset points",
-                horizontalalignment="right" if word == "onset" and hot else "left",
-                fontsize=8,
-            )
+            aside, side = (-5, "right") if word == "onset" and hot else (5, "left")
+            offset = (aside, 4 if hot else -12)
+            note(ax, f"{word} {place:.0f}", (place, level), offset, ha=side)
     ax.set_ylim(-0.23, 0.46)
     finish(ax, "", "temperature of the sample [degC]", "heat flow, in: up [W/g]", legend=True)
     put = data.specimen.wire.latent / data.scans[0].mass

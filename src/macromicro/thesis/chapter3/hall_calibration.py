@@ -9,7 +9,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new, note
 from macromicro.hall_table import profile
 from macromicro.identify.hall import HallFit, calibrated
 from macromicro.lab.drive import drive
@@ -110,18 +110,11 @@ def draw(data: HallRuns) -> Drawn:
     line(whole, table_v, table_x, BLACK, "averaged", linestyle="--", linewidth=1.0)
     ends = ((0, found.extended, "extended"), (2, found.contracted, "contracted"))
     for k, slope, name in ends:
-        whole.plot(
-            found.volts[k : k + 2], found.place[k : k + 2], color=ORANGE, linewidth=4, alpha=0.7
-        )
-        right = k == 0
-        whole.annotate(
-            f"{slope:.2f} um/mV, {name}",
-            (found.volts[k : k + 2].mean(), found.place[k : k + 2].mean()),
-            xytext=(14 if right else -14, -3),
-            textcoords="offset points",
-            horizontalalignment="left" if right else "right",
-            fontsize=8,
-        )
+        volts, place = found.volts[k : k + 2], found.place[k : k + 2]
+        whole.plot(volts, place, color=ORANGE, linewidth=4, alpha=0.7)
+        aside, side = (14, "left") if k == 0 else (-14, "right")
+        middle = (volts.mean(), place.mean())
+        note(whole, f"{slope:.2f} um/mV, {name}", middle, (aside, -3), ha=side)
     near.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.9)
     finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)

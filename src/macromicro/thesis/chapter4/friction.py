@@ -10,7 +10,18 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    dots,
+    finish,
+    line,
+    new,
+)
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.deadzone import DeadZone, dead_zone
 from macromicro.lab.drive import DT, open_loop
@@ -221,7 +232,7 @@ def _coulomb(data: FrictionData) -> Drawn:
 
 
 def _dots(ax: Any, x: Array, y: Array, label: str, marker: str) -> None:
-    ax.plot(x, y, color=RED, label=label, marker=marker, markersize=4, linestyle="none")
+    dots(ax, x, y, RED, marker, label, markersize=4)
 
 
 def _low_voltages(data: FrictionData) -> Drawn:

@@ -12,7 +12,7 @@ from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, dots, finish, line, new, smooth
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
 from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.records import average_runs, differentiated
@@ -306,16 +306,9 @@ def _friction_model(data: IdentificationData) -> Drawn:
         line(axes[0, 1], sign * small, lifted, GREEN, "")
         line(axes[0, 2], sign * small, _jump_zone(found, lifted), BLUE, "" if sign < 0 else "model")
     for volts, speed in found.speeds.items():
-        axes[0, 2].plot(
-            [volts],
-            [speed / zone.gain],
-            color=RED,
-            marker="o",
-            markersize=5,
-            markerfacecolor=RED if np.isclose(side.volts, volts).any() else "none",
-            linestyle="none",
-            label="bench" if volts == 1.0 else "",
-        )
+        label = "bench" if volts == 1.0 else ""
+        face = RED if np.isclose(side.volts, volts).any() else "none"
+        dots(axes[0, 2], [volts], [speed / zone.gain], RED, "o", label, markerfacecolor=face)
     line(axes[0, 2], np.array([-2.0, 2.0]), np.array([-2.0, 2.0]), BLACK, "", linestyle=":")
     finish(axes[0, 0], "(a) tuned friction model", "in [V]", "out [V]")
     finish(axes[0, 1], "(b) dead-zone inverse", "in [V]")

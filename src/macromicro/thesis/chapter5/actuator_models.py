@@ -247,21 +247,16 @@ class Unfitted(NamedTuple):
     why: str
 
 
-def attempted(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models | Unfitted:
-    """As `measured`, or `Unfitted` on a bench whose steps the procedure cannot use."""
+def attempted(table: FodTable, plant: Machine, seed: int) -> Models | Unfitted:
+    """All open-loop runs and the fits to them, unless the procedure cannot use the runs."""
     data = _electrothermal_runs.collect(plant, seed)
     try:
-        return _all_fitted(table, data, plant, seed)
+        return _models(table, data, plant, seed)
     except InputError as error:
         return Unfitted(table, data, str(error))
 
 
-def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models:
-    """All open-loop runs of a bench, by default the default one, and all fits to them."""
-    return _all_fitted(table, _electrothermal_runs.collect(plant, seed), plant, seed)
-
-
-def _all_fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -> Models:
+def _models(table: FodTable, data: StepData, plant: Machine, seed: int) -> Models:
     first = thesis(table, data.steps, data.cooled[1.575])
     better = wire_table.with_table(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())

@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, note, shades
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import (
@@ -225,14 +225,7 @@ def _name_steps(ax: Any, volts: Sequence[float]) -> None:
         curve = curves[f"{v:g} V"]
         shift = 3 * (k == len(volts) - 1) - 3 * (k == len(volts) - 2)
         end = (curve.get_xdata()[-1], curve.get_ydata()[-1])
-        ax.annotate(
-            f"{v:g} V",
-            end,
-            (4, shift - 3),
-            textcoords="offset points",
-            fontsize=7.5,
-            color=curve.get_color(),
-        )
+        note(ax, f"{v:g} V", end, (4, shift - 3), fontsize=7.5, color=curve.get_color())
 
 
 def _steady(models: Models) -> Drawn:

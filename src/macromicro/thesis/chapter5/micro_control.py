@@ -9,7 +9,19 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    dots,
+    finish,
+    line,
+    new,
+    note,
+)
 from macromicro.recording import Recording
 from macromicro.runs import sequence
 from macromicro.thesis.chapter5 import micro_runs
@@ -52,14 +64,10 @@ def windup(runs: MicroRuns) -> Drawn:
         for begin, end in saturated:
             ax.axvspan(begin, end, color=ORANGE, alpha=0.25, linewidth=0)
     low = micro_runs.undershoot(runs.pi, fall)
-    integral.annotate(
-        f"falls {low:.2f} V too far",
-        (fall + 0.25, float(runs.pi["micro_integral"][round((fall + 0.25) / runs.pi.dt)])),
-        (30, 14),
-        textcoords="offset points",
-        fontsize=8,
-        arrowprops={"arrowstyle": "-", "linewidth": 0.6},
-    )
+    at = fall + 0.25
+    there = (at, float(runs.pi["micro_integral"][round(at / runs.pi.dt)]))
+    arrow = {"arrowstyle": "-", "linewidth": 0.6}
+    note(integral, f"falls {low:.2f} V too far", there, (30, 14), arrowprops=arrow)
     left = abs(micro_runs.error_after(runs.pi, fall))
     return captioned("5.23", figure, left=left)
 
@@ -116,7 +124,7 @@ def _settling(ax: Axes, runs: MicroRuns) -> None:
         (GOAL_UM, RED, "^", "5 um"),
     ):
         times = sequence.settling(runs.antiwindup, width)
-        ax.plot(place, times, color=colour, marker=marker, ms=5, linestyle="", label=label)
+        dots(ax, place, times, colour, marker, label)
     for value, left in ((0.5, -0.4), (1.0, 1.6)):
         ax.plot([left, left + 1.8], [value, value], color="0.4", linestyle="--", linewidth=1.0)
     ax.set_xticks(place, names)
@@ -127,7 +135,7 @@ def _settling(ax: Axes, runs: MicroRuns) -> None:
 def _holds(ax: Axes, runs: MicroRuns) -> None:
     levels, errors = micro_runs.hold_errors(runs)
     ax.axhspan(-GOAL_UM, GOAL_UM, color=GREEN, alpha=0.2, linewidth=0)
-    ax.plot(levels, errors, color=BLUE, marker="o", ms=3.5, linestyle="")
+    dots(ax, levels, errors, BLUE, "o", markersize=3.5)
     ax.set_ylim(-1.5 * GOAL_UM, 1.5 * GOAL_UM)
     finish(ax, "(d) error at rest", "level [mm]", "[um]")
     ax.margins(x=0.04)
@@ -211,9 +219,7 @@ def stop(runs: MicroRuns) -> Drawn:
     first = micro_runs.first_response(runs.feet)
     if np.isfinite(first):
         at = (first, 1e3 * micro_runs.highest(runs.feet[first]))
-        foot.annotate(
-            f"first response\n{first:g} V", at, (10, -28), textcoords="offset points", fontsize=8
-        )
+        note(foot, f"first response\n{first:g} V", at, (10, -28))
         foot.plot(*at, color=RED, marker="o", fillstyle="none", markersize=8)
     foot.axvline(1.3, color="0.4", linestyle=":", linewidth=1.0)
     finish(foot, "(b) where it begins, in 60 s", "CTRL [V]", "highest position [um]")
@@ -315,16 +321,15 @@ def held_back(runs: MicroRuns) -> Drawn:
 LASER_NOISE_UM = 2.0
 
 
-def claims(runs: MicroRuns | None = None) -> list[Claim]:
-    seen = runs or micro_runs.collect()
+def claims(runs: MicroRuns) -> list[Claim]:
     return judged(
         [
-            ("S3", lambda: _stop(seen)),
-            ("S4", lambda: _foot(seen)),
-            ("S11", lambda: _proportional(seen)),
-            ("S12", lambda: _windup(seen)),
-            (("S13a", "S13b"), lambda: _times(seen)),
-            ("S13c", lambda: _accuracy(seen)),
+            ("S3", lambda: _stop(runs)),
+            ("S4", lambda: _foot(runs)),
+            ("S11", lambda: _proportional(runs)),
+            ("S12", lambda: _windup(runs)),
+            (("S13a", "S13b"), lambda: _times(runs)),
+            ("S13c", lambda: _accuracy(runs)),
         ]
     )
 

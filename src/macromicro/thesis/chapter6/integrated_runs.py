@@ -20,7 +20,7 @@ from macromicro.design.response import MoveResult
 from macromicro.design.vibration import CREEP, Vibration, vibration
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.runs.programmed import Runner, load, moves_of, on_twin
+from macromicro.runs.programmed import Runner, load, moves_of
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
 from macromicro.thesis.claims import (
@@ -56,10 +56,7 @@ def _squares() -> Programme:
     return micro_steps([1e-3 * RANGE_MM[1], 1e-3 * RANGE_MM[0]] * SQUARES, SQUARE_HOLD_S)
 
 
-def collect(
-    settings: Settings | None = None, seed: int = 0, run: Runner = on_twin
-) -> IntegratedRuns:
-    base = settings or Settings()
+def collect(base: Settings, seed: int, run: Runner) -> IntegratedRuns:
     single = thesis_input(base)
     ten = single.repeated(CYCLES)
     return IntegratedRuns(
@@ -164,15 +161,14 @@ def _number(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
-    seen = runs or collect()
+def claims(runs: IntegratedRuns) -> list[Claim]:
     return judged(
         [
-            ("I1", lambda: _sequence(turns(seen.warm, seen.single))),
-            ("I2", lambda: _vibration(seen)),
-            ("I3", lambda: _warming(seen)),
-            ("I4", lambda: _cooling(seen)),
-            ("I6", lambda: _bandwidth(seen)),
+            ("I1", lambda: _sequence(turns(runs.warm, runs.single))),
+            ("I2", lambda: _vibration(runs)),
+            ("I3", lambda: _warming(runs)),
+            ("I4", lambda: _cooling(runs)),
+            ("I6", lambda: _bandwidth(runs)),
         ]
     )
 
