@@ -10,7 +10,10 @@ from tests.thesis.ended import collected
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.thesis.appendix_d import cycle_testing
-from macromicro.thesis.appendix_d.cycle_testing import PROCEDURE, CycleData, shares
+from macromicro.thesis.appendix_d.cycle_testing import CycleData, shares
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("cycle-testing")
 
 
 @pytest.fixture(scope="module")

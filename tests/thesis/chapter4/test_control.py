@@ -12,6 +12,7 @@ from macromicro.design import steps
 from macromicro.thesis.chapter4 import control
 from macromicro.thesis.chapter4._design import STEP
 from macromicro.thesis.chapter4.control import TRAVEL, MacroData
+from macromicro.thesis.contents import find
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +24,7 @@ def data() -> MacroData:
 @pytest.fixture(scope="module")
 def figures(data: MacroData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    figures = control.PROCEDURE.figures.items()
+    figures = find("macro-control").figures.items()
     return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 

@@ -11,6 +11,7 @@ from tests.thesis.ended import collected
 from macromicro.thesis.chapter4 import identification
 from macromicro.thesis.chapter4.identification import IdentificationData
 from macromicro.thesis.claims import DIFFERS
+from macromicro.thesis.contents import find
 
 PANELS = [(v, s) for v in (0.1, 1.0, 2.0) for s in ("square", "sine")]
 
@@ -24,7 +25,7 @@ def data() -> IdentificationData:
 @pytest.fixture(scope="module")
 def figures(data: IdentificationData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    figures = identification.PROCEDURE.figures.items()
+    figures = find("macro-identification").figures.items()
     return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 

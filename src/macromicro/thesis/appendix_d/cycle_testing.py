@@ -20,7 +20,7 @@ from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import noise_source
 from macromicro.thesis import cycle_bench
 from macromicro.thesis.claims import Claim, accepts, band, judged, printed, stated
-from macromicro.thesis.contents import CAPTIONS, captioned, procedure
+from macromicro.thesis.contents import CAPTIONS, captioned
 from macromicro.thesis.cycle_bench import CycleBed, CyclePlant, CycleState
 from macromicro.thesis.procedure import Lab
 
@@ -412,7 +412,7 @@ def _printed(ax: Axes, value: float) -> None:
     ax.axhline(value, color=ORANGE, linestyle="--", linewidth=1.2, label="thesis")
 
 
-def _rise(data: CycleData) -> Drawn:
+def rise(data: CycleData) -> Drawn:
     """Figure D.10, and the excess of tau1 over tau2."""
     runs = _measured(data)
     figure, axes = new(3.4, 1, 2)
@@ -431,7 +431,7 @@ def _rise(data: CycleData) -> Drawn:
     )
 
 
-def _rise_and_fall(data: CycleData) -> Drawn:
+def rise_and_fall(data: CycleData) -> Drawn:
     runs, room = _measured(data), data.room
     total = runs.tau1 + runs.fall
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
@@ -468,16 +468,7 @@ def _share(number: str, which: int, data: CycleData) -> Drawn:
     return captioned(number, figure, window=WINDOW, first=here[0], settled=settled(here))
 
 
-PROCEDURE = procedure(
-    "cycle-testing",
-    {
-        "D.9": partial(_time, "D.9", "tau1"),
-        "D.10": _rise,
-        "D.11": partial(_time, "D.11", "fall"),
-        "D.12": _rise_and_fall,
-        "D.13": partial(_share, "D.13", 0),
-        "D.14": partial(_share, "D.14", 1),
-    },
-    collect,
-    claims,
-)
+rise_time = partial(_time, "D.9", "tau1")
+fall_time = partial(_time, "D.11", "fall")
+first_share = partial(_share, "D.13", 0)
+last_share = partial(_share, "D.14", 1)

@@ -25,7 +25,7 @@ from macromicro.drawing.style import (
 from macromicro.schema.par import Par
 from macromicro.thesis.chapter2 import _actuator_runs as runs
 from macromicro.thesis.chapter2._actuator_runs import Alloy, Cycle, Principle, Readings
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 _LIT = "literature value for NiTi"
@@ -294,10 +294,3 @@ def calorimeter(data: Principle) -> Drawn:
 
 def collect(lab: Lab) -> Principle:
     return runs.collect(lab.settings.bench)
-
-
-PROCEDURE = procedure(
-    "actuator-principle",
-    {"2.8": hysteresis, "2.9": stress_strain, "2.10": work, "(2.1)": heat, "A.1": calorimeter},
-    collect,
-)

@@ -24,7 +24,7 @@ from macromicro.drawing.style import (
 )
 from macromicro.hysteresis import FodTable, Preisach, from_density
 from macromicro.hysteresis.pictures import staircase
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -266,12 +266,12 @@ def _plane(number: str, k: int, data: Geometry) -> Drawn:
     return captioned(number, step(data, k), stage=data.stages[k])
 
 
-def _divided(data: Geometry) -> Drawn:
+def divided(data: Geometry) -> Drawn:
     last = data.stages[-1]
     return captioned("2.17", trapezoids(data), before=data.stages[-2].u, last=last, data=data)
 
 
-def _difference(data: Geometry) -> Drawn:
+def difference(data: Geometry) -> Drawn:
     k = 2
     q = data.trapezoids[k - 1]
     return captioned(
@@ -284,7 +284,7 @@ def _difference(data: Geometry) -> Drawn:
     )
 
 
-def _fod(data: Geometry) -> Drawn:
+def first_order_curve(data: Geometry) -> Drawn:
     u, rising, falling = data.major
     alpha, beta = FOD
     first, second, integrated = data.corner
@@ -324,13 +324,8 @@ def _fod(data: Geometry) -> Drawn:
     )
 
 
-PROCEDURE = procedure(
-    "preisach-geometry",
-    {
-        **{f"2.{12 + k}": partial(_plane, f"2.{12 + k}", k) for k in range(5)},
-        "2.17": _divided,
-        "2.18": _difference,
-        "2.19": _fod,
-    },
-    collect,
-)
+plane_at_rest = partial(_plane, "2.12", 0)
+plane_after_one = partial(_plane, "2.13", 1)
+plane_after_two = partial(_plane, "2.14", 2)
+plane_after_three = partial(_plane, "2.15", 3)
+plane_after_four = partial(_plane, "2.16", 4)

@@ -16,7 +16,7 @@ from macromicro.lab.drive import drive
 from macromicro.lab.machine import Machine
 from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, stated, within
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 
@@ -127,6 +127,3 @@ def draw(data: HallRuns) -> Drawn:
         found=found,
         end=END,
     )
-
-
-PROCEDURE = procedure("hall-calibration", {"3.9": draw}, collect, claims)

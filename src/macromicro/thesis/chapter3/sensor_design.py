@@ -14,7 +14,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
 from macromicro.thesis.claims import Claim, band, printed_list, stated
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -212,7 +212,7 @@ def _found(data: Sheets) -> dict[str, Claim]:
     return {c.id: c for c in data.claims}
 
 
-def _budget(data: Sheets) -> Drawn:
+def budget(data: Sheets) -> Drawn:
     found = _found(data)
     rows: list[tuple[str, ...]] = [
         (key, c.claim, f"{c.printed:g} {c.unit}", f"{c.measured:.4g} {c.unit}", c.reason)
@@ -222,7 +222,7 @@ def _budget(data: Sheets) -> Drawn:
     return captioned("Table 3.3", Grid(("claim", "figure", "printed", "computed", "remark"), rows))
 
 
-def _magnets(data: Sheets) -> Drawn:
+def magnet_table(data: Sheets) -> Drawn:
     """Table 3.1: readings by distance, and the largest change over 1 mm."""
     claim = _found(data)["D7"]
     sheets = magnets.TABLE_3_1
@@ -237,7 +237,7 @@ def _magnets(data: Sheets) -> Drawn:
     return captioned("Table 3.1", Grid(("distance", *(m.name for m in sheets)), rows), claim=claim)
 
 
-def _sensors(data: Sheets) -> Drawn:
+def sensors(data: Sheets) -> Drawn:
     """Table 3.2, with the drawbacks of each sensor."""
     found = _found(data)
     floor = found["D11"].measured
@@ -258,17 +258,3 @@ def _sensors(data: Sheets) -> Drawn:
         sensitivity=1e3 * needs.sensitivity,
         claim=found["D8"],
     )
-
-
-PROCEDURE = procedure(
-    "sensor-design",
-    {
-        "3.6": flexure,
-        "Table 3.1": _magnets,
-        "3.7": flux,
-        "Table 3.2": _sensors,
-        "Table 3.3": _budget,
-    },
-    collect,
-    claims,
-)

@@ -27,7 +27,7 @@ from macromicro.thesis.chapter4 import _design, identification
 from macromicro.thesis.chapter4._design import Design
 from macromicro.thesis.chapter4.identification import nrmse
 from macromicro.thesis.claims import DIFFERS, Claim, NotMeasured, accepts, judged, stated
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 LAWS = ("pid", "pd-initial", "pd-tuned")
@@ -454,25 +454,12 @@ def collect(lab: Lab) -> MacroData:
     return control_runs(lab.bench(), lab.settings, lab.seed, lab.runner())
 
 
-def _ratios(data: MacroData) -> Drawn:
+def ratios(data: MacroData) -> Drawn:
     return _design.ratios(data.design)
 
 
-def _frequencies(data: MacroData) -> Drawn:
+def frequencies(data: MacroData) -> Drawn:
     return _design.frequencies(data.design)
 
 
-PROCEDURE = procedure(
-    "macro-control",
-    {
-        "4.18": draw_pid,
-        "4.20": draw_initial_pd,
-        "4.22": _ratios,
-        "4.23": _frequencies,
-        "4.24": draw_tuned_pd,
-        "4.25": comparison,
-    },
-    collect,
-    claims,
-    arithmetic=_design.margins,
-)
+arithmetic = _design.margins

@@ -29,7 +29,7 @@ from macromicro.lab.machine import Machine
 from macromicro.models import macro
 from macromicro.recording import Recording
 from macromicro.thesis.claims import DIFFERS, Claim, stated, within
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 TRAVEL = (0.0, 2800.0)
@@ -201,7 +201,7 @@ def evaluated(function: Callable[[float], float], volts: Array) -> Array:
     return np.array([function(float(v)) for v in volts])
 
 
-def _coulomb(data: FrictionData) -> Drawn:
+def coulomb(data: FrictionData) -> Drawn:
     found = data.coulomb
     moving, most = found.speeds > 0.0, np.abs(data.held).max(initial=0.0)
     figure, axes = new(3.4, 1, 2)
@@ -235,7 +235,7 @@ def _dots(ax: Any, x: Array, y: Array, label: str, marker: str) -> None:
     dots(ax, x, y, RED, marker, label, markersize=4)
 
 
-def _low_voltages(data: FrictionData) -> Drawn:
+def low_voltages(data: FrictionData) -> Drawn:
     zone = data.zone
     best = easiest(zone)
     figure, axes = new(5.6, 2, 2)
@@ -282,7 +282,7 @@ def _speeds(ax: Any, runs: dict[float, Recording]) -> None:
     ax.legend(fontsize=7.5, loc="lower center", ncols=3, frameon=False)
 
 
-def _characteristics(data: FrictionData) -> Drawn:
+def characteristics(data: FrictionData) -> Drawn:
     width = data.zone.width
     figure, axes = new(3.0, 1, 3)
     end = 2.0 * width
@@ -302,11 +302,3 @@ def _characteristics(data: FrictionData) -> Drawn:
     for ax in axes[0]:
         ax.set_ylim(-1.6 * end, 1.6 * end)
     return captioned("4.9", figure, width=width, left=5.0 - width)
-
-
-PROCEDURE = procedure(
-    "macro-friction",
-    {"4.4": _coulomb, "4.8": _low_voltages, "4.9": _characteristics},
-    collect,
-    claims,
-)

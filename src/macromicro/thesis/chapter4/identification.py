@@ -34,7 +34,7 @@ from macromicro.thesis.claims import (
     stated,
     within,
 )
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 WIDTH = 3.0  # Section 4.2.3: the thesis' width of the dead-zone inverse [V]
@@ -244,7 +244,7 @@ def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
     return x, y, data.found.linear.simulate(u)
 
 
-def _step(data: IdentificationData) -> Drawn:
+def step(data: IdentificationData) -> Drawn:
     x, y, model = averaged(data)
     linear = data.found.linear
     t = data.steps[1.0][0]["t"][: len(x)]
@@ -290,7 +290,7 @@ def _jump_zone(found: Identified, volts: Array) -> Array:
     return np.array([macro.jump_zone(zone.width, a0, delta, float(v)) for v in volts])
 
 
-def _friction_model(data: IdentificationData) -> Drawn:
+def friction_model(data: IdentificationData) -> Drawn:
     found = data.found
     zone, side = found.zone, found.zone.both
     end = 5.0
@@ -349,14 +349,5 @@ def _jump(found: Identified) -> list[Claim]:
     return [stated("M6a", side.a0, apart=apart), stated("M6b", side.delta)]
 
 
-PROCEDURE = procedure(
-    "macro-identification",
-    {
-        "4.11": _step,
-        "4.13": partial(_responses, False),
-        "4.14": _friction_model,
-        "4.17": partial(_responses, True),
-    },
-    collect,
-    claims,
-)
+initial_responses = partial(_responses, False)
+tuned_responses = partial(_responses, True)

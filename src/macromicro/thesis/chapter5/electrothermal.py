@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,7 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
 )
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted, full_contraction
 from macromicro.thesis.claims import Claim, NotMeasured, accepts, judged, printed, stated, within
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 PRINTED_A = printed("S5b")  # 1/V, (5.5)
@@ -195,7 +195,20 @@ def _legend(ax: Any, place: str, columns: int = 1) -> None:
     ax.legend(fontsize=7.5, loc=place, frameon=False, ncols=columns)
 
 
-def _responses(models: Models) -> Drawn:
+def _of_models(draw: Callable[[Models], Drawn]) -> Callable[[Models | Unfitted], Drawn]:
+    """A figure that is not drawn without models."""
+
+    @wraps(draw)
+    def drawn(models: Models | Unfitted) -> Drawn:
+        if isinstance(models, Unfitted):
+            raise NotMeasured(f"no model to draw: {models.why}")
+        return draw(models)
+
+    return drawn
+
+
+@_of_models
+def responses(models: Models) -> Drawn:
     figure, axes = new(4.2, 1, 2)
     apart = []
     for v, color in zip(SHOWN_VOLTS, shades(len(SHOWN_VOLTS)), strict=True):
@@ -228,7 +241,8 @@ def _name_steps(ax: Any, volts: Sequence[float]) -> None:
         note(ax, f"{v:g} V", end, (4, shift - 3), fontsize=7.5, color=curve.get_color())
 
 
-def _steady(models: Models) -> Drawn:
+@_of_models
+def steady(models: Models) -> Drawn:
     fit = models.thesis
     volts = np.linspace(BELOW_STOP[0], 1.65, 120)
     figure, axes = new(3.8, 1)
@@ -266,7 +280,8 @@ def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) 
         _legend(ax, "lower right")
 
 
-def _linear(models: Models) -> Drawn:
+@_of_models
+def linear(models: Models) -> Drawn:
     fit = models.thesis
     figure, axes = new(3.9, 1, 3)
     _against_heating(models, axes[0, :2], lambda v: exponential(fit.nonlinear.model, v))
@@ -279,7 +294,8 @@ def _linear(models: Models) -> Drawn:
     return captioned("5.13", figure)
 
 
-def _draw_gain(_: Models) -> Drawn:
+@_of_models
+def draw_gain(_: Models) -> Drawn:
     volts, rise = curve(1.4, 1.85)
     lower, upper = exponentials(volts)
     figure, axes = new(3.6, 1)
@@ -291,14 +307,16 @@ def _draw_gain(_: Models) -> Drawn:
     return captioned("5.14", figure)
 
 
-def _weighted(models: Models) -> Drawn:
+@_of_models
+def weighted_gain(models: Models) -> Drawn:
     figure, axes = new(3.9, 1, 2)
     gain = models.thesis.model.gain
     _against_heating(models, axes[0], lambda v: weighted(gain, v))
     return captioned("5.15", figure)
 
 
-def _draw_cooling(models: Models) -> Drawn:
+@_of_models
+def draw_cooling(models: Models) -> Drawn:
     figure, axes = new(3.8, 1)
     ax = axes[0, 0]
     seconds = 2.5
@@ -326,7 +344,8 @@ def _draw_cooling(models: Models) -> Drawn:
     return captioned("5.16", figure, cycles=CYCLES_BEFORE, least=min(times), most=max(times))
 
 
-def _draw_whole(models: Models) -> Drawn:
+@_of_models
+def draw_whole(models: Models) -> Drawn:
     figure, axes = new(6.4, 2, 2)
     shown = ((BELOW_STOP, HELD_S, "1.5-1.6 V"), (ABOVE_STOP, FAST_S, "1.65-1.8 V"))
     for column, (volts, seconds, title) in enumerate(shown):
@@ -356,28 +375,9 @@ def _draw_whole(models: Models) -> Drawn:
     )
 
 
-def _fitted(draw: Callable[[Models], Drawn], models: Models | Unfitted) -> Drawn:
-    """A figure of the models; `NotMeasured` without any."""
-    if isinstance(models, Unfitted):
-        raise NotMeasured(f"no model to draw: {models.why}")
-    return draw(models)
-
-
-# Figure 5.12 is a diagram.
-FIGURES = {
-    "5.10": partial(_fitted, _responses),
-    "5.11": partial(_fitted, _steady),
-    "5.13": partial(_fitted, _linear),
-    "5.14": partial(_fitted, _draw_gain),
-    "5.15": partial(_fitted, _weighted),
-    "5.16": partial(_fitted, _draw_cooling),
-    "5.17": partial(_fitted, _draw_whole),
-}
-
-
 def collect(lab: Lab) -> Models | Unfitted:
     curves = kiln_runs.run(lab.kiln(), kiln_runs.cycles(), lab.seed)
     return actuator_models.attempted(fod_table([curves]), lab.bench(), lab.seed)
 
 
-PROCEDURE = procedure("electrothermal", FIGURES, collect, claims, arithmetic=printed_gain)
+arithmetic = printed_gain

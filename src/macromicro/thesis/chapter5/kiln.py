@@ -17,7 +17,7 @@ from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.thesis.chapter5.actuator_models import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def first_cycle(recording: Recording) -> Recording:
     return Recording.from_arrays(recording.columns, arrays, recording.dt, {})
 
 
-def _smoothing(runs: KilnRuns) -> Drawn:
+def smoothing(runs: KilnRuns) -> Drawn:
     example = first_cycle(runs.heated.curves)
     t, shown = example["t"], example["thermocouple"]
     smooth = without_spikes(t, shown)
@@ -130,7 +130,7 @@ def _smoothing(runs: KilnRuns) -> Drawn:
     return captioned("5.5", figure, smooth=smooth)
 
 
-def _loop(runs: KilnRuns) -> Drawn:
+def loop(runs: KilnRuns) -> Drawn:
     example = first_cycle(runs.heated.curves)
     t, x = example["t"], example["position"]
     smooth = without_spikes(t, example["thermocouple"]).values
@@ -156,7 +156,7 @@ def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
     ax.plot(grid, rising, color=BLACK, linewidth=1.2, label=label, **options)
 
 
-def _curves(runs: KilnRuns) -> Drawn:
+def curves(runs: KilnRuns) -> Drawn:
     table = runs.table
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
@@ -181,7 +181,7 @@ def _three_d(figure: Figure, ax: Any) -> None:
     figure.subplots_adjust(left=0.0, right=1.0, bottom=0.03, top=1.0)
 
 
-def _surface(runs: KilnRuns) -> Drawn:
+def surface(runs: KilnRuns) -> Drawn:
     table = runs.table
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     every = 3
@@ -208,7 +208,7 @@ def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> No
     finish(axes[1], f"({letters[1]}) {name}", HOT, SHORT)
 
 
-def _comparison(runs: KilnRuns) -> Drawn:
+def comparison(runs: KilnRuns) -> Drawn:
     predictions = runs.predictions[:IN_5_9]
     figure, axes = new(2.9 * len(predictions), len(predictions), 2)
     for k, p in enumerate(predictions):
@@ -226,7 +226,7 @@ def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
     return [curves[k] for k in picked]
 
 
-def _examples(runs: KilnRuns) -> Drawn:
+def examples(runs: KilnRuns) -> Drawn:
     table = runs.table
     chosen = _chosen(table)
     figure, axes = new(4.2, 1)
@@ -240,7 +240,7 @@ def _examples(runs: KilnRuns) -> Drawn:
     return captioned("D.5", figure, chosen=len(chosen), curves=len(table.raw))
 
 
-def _points(runs: KilnRuns) -> Drawn:
+def points(runs: KilnRuns) -> Drawn:
     table = runs.table
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     top = np.concatenate([np.full(len(u), u[0]) for u, _ in table.raw])
@@ -251,7 +251,7 @@ def _points(runs: KilnRuns) -> Drawn:
     return captioned("D.6", figure, points=len(f))
 
 
-def _another(runs: KilnRuns) -> Drawn:
+def another(runs: KilnRuns) -> Drawn:
     k = IN_5_9
     p = runs.predictions[k]
     figure, axes = new(5.6, 2, 2)
@@ -266,20 +266,3 @@ def _another(runs: KilnRuns) -> Drawn:
 
 def collect(lab: Lab) -> KilnRuns:
     return identified(kiln_runs.collect(lab.kiln(), lab.seed))
-
-
-PROCEDURE = procedure(
-    "kiln",
-    {
-        "5.5": _smoothing,
-        "5.6": _loop,
-        "5.7": _curves,
-        "5.8": _surface,
-        "5.9": _comparison,
-        "D.5": _examples,
-        "D.6": _points,
-        "D.7": _another,
-    },
-    collect,
-    claims,
-)

@@ -27,7 +27,7 @@ from macromicro.runs import sequence
 from macromicro.thesis.chapter5 import micro_runs
 from macromicro.thesis.chapter5.micro_runs import MicroRuns, Swing
 from macromicro.thesis.claims import Claim, accepts, band, judged, reached, stated, whole
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -435,20 +435,3 @@ def _accuracy(runs: MicroRuns) -> Claim:
 
 def collect(lab: Lab) -> MicroRuns:
     return micro_runs.collect(lab.settings, lab.seed, lab.runner(), lab.bench())
-
-
-PROCEDURE = procedure(
-    "micro-control",
-    {
-        "5.10 (stop)": stop,
-        "5.19": effort,
-        "5.20": proportional,
-        "5.22": integral,
-        "5.23": windup,
-        "5.25": anti_windup,
-        "5.26": held_back,
-        "5.27": final,
-    },
-    collect,
-    claims,
-)

@@ -20,7 +20,7 @@ from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.chapter6 import integrated_runs as integrated
 from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -337,15 +337,6 @@ def collect(lab: Lab) -> IntegratedRuns:
     return integrated.collect(lab.settings, lab.seed, lab.runner())
 
 
-PROCEDURE = procedure(
-    "integrated",
-    {
-        "6.2": response,
-        "6.3": vibration,
-        "6.4": partial(cycling, number="6.4"),
-        "6.5": partial(cycling, number="6.5"),
-        "6.5 (squares)": squares,
-    },
-    collect,
-    integrated.claims,
-)
+cycling_warm = partial(cycling, number="6.4")
+cycling_cooled = partial(cycling, number="6.5")
+claims = integrated.claims

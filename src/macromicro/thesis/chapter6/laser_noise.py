@@ -16,7 +16,7 @@ from macromicro.lab.machine import Machine
 from macromicro.recording import Recording
 from macromicro.thesis.chapter5 import _electrothermal_runs
 from macromicro.thesis.claims import Claim, accepts, band, judged, stated, within
-from macromicro.thesis.contents import captioned, procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -165,6 +165,3 @@ def _amplitudes(ax: Axes, runs: LaserRuns, rest: list[float]) -> None:
     ax.set_ylim(bottom=0.0)
     finish(ax, "(d) amplitudes", "set point [mm]", "[um]", legend=True)
     ax.margins(x=0.04)
-
-
-PROCEDURE = procedure("laser-noise", {"6.6": draw}, collect, claims)
