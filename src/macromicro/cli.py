@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import signal
 from functools import cache
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from macromicro import __version__, threads
-from macromicro.commands import export, identify, machine_run, performing, streams
+from macromicro.commands import config, export, identify, streams
 from macromicro.commands.calibrate import calibrate
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
@@ -20,17 +19,18 @@ from macromicro.commands.examples import examples
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
 from macromicro.commands.look import look
-from macromicro.commands.options import PNG, command
+from macromicro.commands.options import command
 from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
 from macromicro.commands.robust import robust
+from macromicro.commands.run import programmes, run
 from macromicro.commands.serve import serve
-from macromicro.commands.signals import INTERRUPTED, Signals
+from macromicro.commands.signals import INTERRUPTED
 from macromicro.commands.streams import say
 from macromicro.commands.sweep import sweep
 from macromicro.commands.tune import tune
-from macromicro.errors import InputError, MacromicroError, ProblemError
+from macromicro.errors import MacromicroError
 
 app = typer.Typer(
     name="macromicro",
@@ -38,11 +38,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-config_app = typer.Typer(
-    name="config", help="Settings of bench, sensors, controller and guard.", no_args_is_help=True
-)
-for group in (config_app, identify.app, export.app):
-    app.add_typer(group)
 
 
 def main() -> int:
@@ -83,13 +78,6 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-def _examples() -> list[tuple[str, str]]:
-    """Example programmes, for completion in a shell."""
-    from macromicro import programme
-
-    return [(name, "example programme") for name in programme.shipped()]
-
-
 @app.callback()
 def options(
     version: Annotated[
@@ -100,104 +88,9 @@ def options(
     """Design, simulate, identify, tune and run positioners: axes, piezos, wires, two stages."""
 
 
-@command(app)
-def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    programme: Annotated[
-        str | None,
-        typer.Argument(
-            help="A programme (.toml or .csv), or the name of an example.",
-            show_default="thesis",
-            autocompletion=_examples,
-        ),
-    ] = None,
-    out: Path | None = None,
-    config: Path | None = None,
-    cycles: int = 1,
-    fan: bool = False,
-    seed: int = 0,
-    rig: str = "twin",
-    port: str | None = None,
-    loop: str | None = None,
-    calibration: Path | None = None,
-    law: str | None = None,
-    yes: bool = False,
-    figures: str = PNG,
-    as_json: bool = False,
-    overwrite: bool = False,
-) -> None:
-    """Run a motion programme on the simulated machine or on a rig.
-
-    --config names the machine. Without a programme the thesis' integrated test (Chapter 6) runs.
-    On replay:FILE nothing moves: controller and guard read the sensors of that recording, to its
-    end. On your own rig the command prints what will move and asks first. A settings file with
-    machine = "axis" is for one motor-driven axis, machine = "xy" for two with
-    coordinated motion (docs/machines.md).
-    """
-    from macromicro.drawing.files import formats
-    from macromicro.rig.board.named import joined
-    from macromicro.runs.job import Request
-
-    with Signals() as signals:
-        try:
-            kinds = formats(figures)
-            rig = joined(rig, port, loop, calibration)
-            request = Request(programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
-            performing.perform(request, as_json, yes, signals)
-        except KeyboardInterrupt:
-            say("interrupted")
-            raise typer.Exit(signals.status) from None
-
-
-@command(config_app, "show")
-def config_show(
-    key: str | None = None,
-    machine: str | None = None,
-    law: str | None = None,
-    axis: str | None = None,
-    config: Path | None = None,
-) -> None:
-    """Print settings as TOML with units, meaning and source.
-
-    Without a file they are the defaults. With --law MODULE:LAW the gains of that law are included
-    as `controller.own`. The tables of the live machine are printed by their names, `live` and
-    `serve`.
-    """
-    if axis is not None:
-        for name, value in (("KEY", key), ("--machine", machine), ("--law", law)):
-            if value is not None:
-                raise ProblemError(name, "not allowed with --axis, which prints a whole axis of xy")
-        machine_run.show_axis(config, axis)
-        return
-    if machine is None and key is not None and key.partition(".")[0] in ("live", "serve"):
-        from macromicro.serve.choosing import load
-
-        print(load(config, law).tables(key), end="")
-        return
-    machine_run.show(machine, key, law, config)
-
-
-@command(app)
-def programmes(
-    name: Annotated[
-        str | None, typer.Argument(help="Print this example.", autocompletion=_examples)
-    ] = None,
-) -> None:
-    """List the example programmes, or print one."""
-    from macromicro import programme
-    from macromicro.schema.text import printable
-
-    examples = programme.shipped()
-    if name is None:
-        for each, path in examples.items():
-            first = path.read_text(encoding="utf-8").partition("\n")[0]
-            print(f"{each:14}{first.lstrip('# ')}")
-        return
-    if name not in examples:
-        raise InputError("programme", printable(name), f"one of {', '.join(examples)}")
-    print(examples[name].read_text(encoding="utf-8"), end="")
-
-
 for each in (
+    run,
+    programmes,
     calibrate,
     collect,
     commission,
@@ -216,3 +109,5 @@ for each in (
     tune,
 ):
     command(app)(each)
+for group in (config, identify, export):
+    app.add_typer(group.app)

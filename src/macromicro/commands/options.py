@@ -6,7 +6,7 @@ import inspect
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_origin
+from typing import Annotated, Any, TypeVar
 
 import typer
 
@@ -17,6 +17,15 @@ WORDS: dict[str, dict[str, Any]] = tomllib.loads(
     Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
 )
 
+
+def _examples() -> list[tuple[str, str]]:
+    from macromicro import programme
+
+    return [(name, "example programme") for name in programme.shipped()]
+
+
+# What a shell offers as values, by the word in the table.
+COMPLETIONS = {"programmes": _examples}
 Function = TypeVar("Function", bound=Callable[..., None])
 
 
@@ -35,11 +44,8 @@ def command(app: typer.Typer, name: str | None = None) -> Callable[[Function], F
 def worded(function: Callable[..., None], *tables: str) -> dict[str, inspect.Parameter]:
     """The parameters of a function as options and arguments, with the words of these tables."""
     words = {name: each for t in ("shared", *tables) for name, each in WORDS.get(t, {}).items()}
-    signature = inspect.signature(function, eval_str=True)
-    return {
-        name: par if get_origin(par.annotation) is Annotated else _worded(par, words[name])
-        for name, par in signature.parameters.items()
-    }
+    parameters = inspect.signature(function, eval_str=True).parameters
+    return {name: _worded(par, words[name]) for name, par in parameters.items()}
 
 
 def _worded(par: inspect.Parameter, words: dict[str, Any]) -> inspect.Parameter:
@@ -48,6 +54,8 @@ def _worded(par: inspect.Parameter, words: dict[str, Any]) -> inspect.Parameter:
     shown["show_default"] = words.get("default", True)
     if par.annotation in (int, int | None):
         shown["parser"] = whole
+    if "complete" in words:
+        shown["autocompletion"] = COMPLETIONS[words["complete"]]
     if words.get("argument"):
         info = typer.Argument(**shown)
     else:
