@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from macromicro.commands.group import check_ports
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
 if TYPE_CHECKING:
@@ -117,11 +118,7 @@ def _ports(scpi: int, web: int, others: Sequence[str]) -> dict[int, str]:
     """Ports to check, by number; a free one chosen by the system is always available."""
     from macromicro.errors import InputError
 
-    for option, port in (("--scpi", scpi), ("--web", web)):
-        if not -1 <= port <= 65535:
-            raise InputError(
-                option, port, "a port from 1 to 65535, 0 for any free one, -1 for none"
-            )
+    check_ports({"--scpi": scpi, "--web": web})
     for other in others:
         if not 1 <= int(other) <= 65535:
             raise InputError("--port", other, "a serial port, or a TCP port from 1 to 65535")

@@ -91,16 +91,12 @@ def fmu(
     It is made from the exported C (docs/export.md) and contains the sources and a library for this
     system, or for each system of --for. It needs no Python.
     """
-    from macromicro.errors import ProblemError
     from macromicro.export import building, catalogue, files
     from macromicro.export import fmu as units
 
     written = files.written(catalogue.unit(what, config))
     place = out or Path(f"{written.name}.fmu")
-    if place.exists() and not overwrite:
-        raise ProblemError(
-            "--out", f"{place} already exists", "Choose another file or add --overwrite."
-        )
+    _check_new(place, overwrite)
     wanted = building.systems(systems)
     face = units.write(written, place, wanted)
     numbers = dict.fromkeys(("input", "output", "parameter"), 0)
@@ -126,13 +122,18 @@ def hex_(out: Path = Path("uno.hex"), overwrite: bool = False) -> None:
     from macromicro.errors import ProblemError
     from macromicro.rig.board import prebuilt
 
-    if out.exists() and not overwrite:
-        raise ProblemError(
-            "--out", f"{out} already exists", "Choose another file or add --overwrite."
-        )
+    _check_new(out, overwrite)
     try:
         digest = prebuilt.write(out)
     except OSError as error:
         raise ProblemError("--out", f"cannot write {out}: {error.strerror}") from None
     print(f"SHA-256: {digest}")
     print(f"results: {out}")
+
+
+def _check_new(place: Path, overwrite: bool) -> None:
+    from macromicro.errors import ProblemError
+
+    if place.exists() and not overwrite:
+        remedy = "Choose another file or add --overwrite."
+        raise ProblemError("--out", f"{place} already exists", remedy)

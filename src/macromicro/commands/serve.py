@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
-from macromicro.commands.group import tell
+from macromicro.commands.group import check_ports, tell
 from macromicro.commands.signals import Signals
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
@@ -113,7 +113,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
 
 def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | None) -> None:
-    from macromicro.errors import InputError, ProblemError
+    from macromicro.errors import ProblemError
     from macromicro.rig.opening import TWIN, named
     from macromicro.schema import keys
 
@@ -121,10 +121,7 @@ def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | N
         if rig != TWIN:
             named(rig)
     keys.seed(seed, "--seed")
-    for option, port in ports.items():
-        if not -1 <= port <= 65535:
-            accepted = "a port from 1 to 65535, 0 for any free one, -1 for none"
-            raise InputError(option, port, accepted)
+    check_ports(ports)
     if epics is not None:
         from macromicro.serve.epics.server import checked
 
