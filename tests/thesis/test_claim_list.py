@@ -19,7 +19,6 @@ from macromicro.thesis.claims import (
     SET,
     STATEMENTS,
     Claim,
-    Statement,
     in_order,
     lost,
     stated,
@@ -75,7 +74,7 @@ def half_a_digit(printed: float) -> float:
     return 0.5 * 10.0 ** min(exponent, 0)
 
 
-def as_printed(s: Statement) -> bool:
+def as_printed(s: Claim) -> bool:
     """Is what counts as reproduced the printed number, to its last digit or more narrowly?"""
     numbers = s.printed if isinstance(s.printed, list) else [s.printed]
     if s.of or len(numbers) != len(s.accept) or not all(isinstance(n, float) for n in numbers):
