@@ -33,10 +33,7 @@ from macromicro.commands.tune import tune
 from macromicro.errors import MacromicroError
 
 app = typer.Typer(
-    name="macromicro",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
+    name="macromicro", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None
 )
 
 
@@ -81,8 +78,7 @@ def _version(asked: bool) -> None:
 @app.callback()
 def options(
     version: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Design, simulate, identify, tune and run positioners: axes, piezos, wires, two stages."""

@@ -60,9 +60,7 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             raise typer.Exit(signals.status) from None
 
 
-def programmes(
-    name: str | None = None,
-) -> None:
+def programmes(name: str | None = None) -> None:
     """List the example programmes, or print one."""
     from macromicro import programme
     from macromicro.errors import InputError
