@@ -28,7 +28,7 @@ def agreed(lines: list[str], where: str, *, yes: bool) -> None:
 
 
 def check_terminal(where: str) -> None:
-    """Refuse to go on where nobody can confirm."""
+    """Refuse to go on where no terminal asks for confirmation."""
     if not sys.stdin.isatty():
         found = "confirmation needed, but standard input is not a terminal"
         raise ProblemError(where, found, f"Add {OPTION}.")
