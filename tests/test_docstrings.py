@@ -32,7 +32,6 @@ WITHOUT = {
     "macromicro.studies.calibrate": "runs a machine",
     "macromicro.api.run": "compiles the bench",
     "macromicro.batch.variants.Metric": "shown by `batch.job`",
-    "macromicro.batch.variants.Trajectories": "shown by `batch.trajectories`",
     "macromicro.batch.variants.Variants": "shown by `batch.run`",
     "macromicro.columns.Layout": "shown by `columns.layout`",
     "macromicro.columns.Part": "shown by `columns.layout`",

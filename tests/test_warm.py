@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from macromicro.sweeps._processes import processes, submit
+from macromicro.sweeps.processes import processes, submit
 from tests.warm import Command
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="POSIX only")

@@ -96,11 +96,6 @@ def test_threads_are_a_whole_number(threads: Any) -> None:
         batch.run(Slow(), sets(1, 1), threads)
 
 
-def test_every_is_a_whole_number() -> None:
-    with pytest.raises(InputError, match="every"):
-        batch.trajectories(Slow(), Variants((), np.empty((1, 0))), 0)
-
-
 def test_nothing_to_do() -> None:
     assert list(batch.run(Slow(), [], 2)) == []
     assert list(batch.run(Slow(), Variants(("x",), np.empty((0, 1))), 2)) == []

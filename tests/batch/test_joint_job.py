@@ -51,10 +51,6 @@ def test_each_variant_has_the_figures_of_a_single_run(short: str) -> None:
     assert found[:, names.index("missed")].tolist() == [0.0] * 4
     assert len(np.unique(found[:3, names.index("peak_error_x")])) == 3
     assert found[3].tolist() == found[0].tolist()  # these encoders have no noise
-    seen = job.trace(Variants(paths, values[:2]), 5)
-    assert set(seen.columns) == {f"{a}_{n}" for a in "xy" for n in ("position", "target", "effort")}
-    assert np.nanmax(seen.columns["y_position"][0]) == pytest.approx(10.0, abs=0.01)
-    assert seen.t[1] - seen.t[0] == pytest.approx(5 * 0.25e-3)
 
 
 def test_what_one_axis_cannot_do_is_an_impossible_variant(short: str) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro import batch
-from macromicro.batch import Variants
+from macromicro.batch import Variants, macro_bench
 from macromicro.batch.macro_bench import MacroBenchJob
 from macromicro.control.settings import Control, prepare
 from macromicro.design import steps
@@ -55,9 +55,9 @@ def test_effort_beyond_the_limit() -> None:
     """A law of proportional action alone: what it asks for is known without a run."""
     control = Control(macro_law="pid", pid=Control().pid._replace(kp=0.02, ki=0.0, kd=0.0))
     job = MacroBenchJob(settings=Settings(controller=control), length=0.5)
-    seen = job.trace(Variants((), np.empty((1, 0))), 1)
+    _, seen = macro_bench.run(job.base(), 2800.0, 500)
     row = job.evaluate(Variants((), np.empty((1, 0))))[0]
-    asked = 0.02 * np.abs(2800.0 - seen.columns["macro_position"][0])[1:]
+    asked = 0.02 * np.abs(2800.0 - seen[0])[1:]
     assert row[5] == asked.max()
     assert row[6] == np.count_nonzero(asked > 5.0) > 0
 
@@ -68,15 +68,6 @@ def test_threads_change_nothing() -> None:
         np.concatenate([m for _, m in batch.run(job, Variants(PATHS, VALUES), n)]) for n in (1, 3)
     )
     assert np.array_equal(one, three, equal_nan=True)
-
-
-def test_trace_is_the_recording_thinned() -> None:
-    seen = batch.trajectories(MacroBenchJob(length=0.4), Variants((), np.empty((1, 0))), 4)
-    plant = bench.prepare(Settings().bench, Settings().sensors)
-    whole = drive.closed_loop(plant, drive.law("pd-tuned"), np.full(400, 2800.0))
-    for name in ("macro_position", "motor"):
-        assert np.array_equal(seen.columns[name][0], whole[name][::4])
-    assert np.array_equal(seen.t, whole["t"][::4])
 
 
 @pytest.mark.parametrize(

@@ -131,18 +131,6 @@ def test_impossible_options(tmp_path: Path) -> None:
         ProgrammeJob(seed=-1)
 
 
-def test_trajectories_are_the_recording_thinned(short: str) -> None:
-    job = ProgrammeJob(programme=short)
-    values = np.array([[10.485], [60.0]])  # the second is stopped early
-    seen = batch.trajectories(job, Variants(("bench.friction.coulomb",), values), 50)
-    whole = recorded(job, Settings(), 0)
-    for name, column in seen.columns.items():
-        assert np.array_equal(column[0], whole[name][::50])
-        assert math.isnan(column[1, -1])
-    assert np.array_equal(seen.t, whole["t"][::50])
-    assert seen.units["laser"] == "um"
-
-
 def test_directions_start_anew_after_a_macro_move(short: str) -> None:
     job = ProgrammeJob(programme=short)
     done = moves(recorded(job, Settings(), 0), job.setup(Settings()).programme)

@@ -57,13 +57,6 @@ def test_a_machine_that_cannot_work_is_impossible(short: str) -> None:
         job.evaluate(Variants(("load.mass",), np.array([[-1.0]])))
 
 
-def test_a_trace_shows_each_run(short: str) -> None:
-    seen = batch.job("axis", programme=short).trace(Variants(("load.mass",), np.array([[0.5]])), 5)
-    assert seen.columns["target"][0, 0] == 0.0
-    assert np.nanmax(seen.columns["position"]) == pytest.approx(5.0, abs=0.1)
-    assert seen.units["position"] == "mm" and seen.t[1] == pytest.approx(5e-3)
-
-
 @pytest.mark.parametrize("name", ["axis", "piezo", "wire"])
 def test_each_machine_is_a_job(name: str) -> None:
     job = batch.job(name)

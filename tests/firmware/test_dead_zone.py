@@ -8,7 +8,7 @@ from macromicro.identify.deadzone import dead_zone
 from macromicro.lab.machine import Machine
 from macromicro.rig.board.rig import BoardRig
 from macromicro.rig.session import BENCH, Fixture
-from macromicro.thesis.chapter4 import _friction_runs
+from macromicro.thesis.chapter4 import friction
 from macromicro.thesis.procedure import Lab
 from tests.firmware.built import Bench, Wire, elf, needs_avr
 
@@ -17,8 +17,8 @@ VOLTAGES, STARTS = (2.8, 2.9, 3.0, 3.1, 3.2), (400.0, 1400.0)
 
 
 def _found(machine: Machine) -> tuple[float, float]:
-    runs = _friction_runs.collect(machine, VOLTAGES, STARTS)
-    zone = dead_zone(runs, travel=_friction_runs.TRAVEL)
+    runs = friction.probing_runs(machine, VOLTAGES, STARTS)
+    zone = dead_zone(runs, travel=friction.TRAVEL)
     return zone.positive, zone.negative
 
 

@@ -19,7 +19,7 @@ from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.identify.kiln import window_means, without_spikes
 from macromicro.identify.linear import whiteness
 from macromicro.models.weighted_gain import Exponential, exponential
-from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, upper
+from macromicro.thesis.chapter5.actuator_models import asymptote, linearised, upper
 
 from .record import frozen
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from macromicro.errors import InputError
 from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, upper
+from macromicro.thesis.chapter5.actuator_models import asymptote, linearised, upper
 
 VOLTS = (1.5, 1.525, 1.55, 1.575, 1.6)
 

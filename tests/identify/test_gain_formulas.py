@@ -14,7 +14,7 @@ from macromicro.errors import InputError
 from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, upper
+from macromicro.thesis.chapter5.actuator_models import asymptote, linearised, upper
 
 VOLTS = np.array([1.5, 1.525, 1.55, 1.575, 1.6])
 RISE = np.array([57.5, 73.6, 79.1, 81.9, 82.4])  # (5.5), off by some tenths

@@ -12,7 +12,7 @@ from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import Doubt, on_cooling, on_heating
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
+from macromicro.thesis.chapter5.actuator_models import full_contraction
 
 TABLE = FodTable.from_everett(
     from_density(

@@ -8,7 +8,7 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import Doubt, on_cooling, on_heating
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
+from macromicro.thesis.chapter5.actuator_models import full_contraction
 
 # Inputs 0 to 60 in steps of 10. The rising branch: flat to 20, 1 a kelvin to 30, 0.2 to 50, flat.
 RISING = np.array([0.0, 0.0, 0.0, 10.0, 12.0, 14.0, 14.0])

@@ -25,7 +25,7 @@ from macromicro.identify.linear import LinearFit
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models.heating import Modes, ladder, step_response
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5.actuator_fits import heating_mls, needed_goal
+from macromicro.thesis.chapter5.actuator_models import heating_mls, needed_goal
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("ctrl", "V", ""))
 MODES = Modes(1.3, 0.09, 0.012, 0.7, 0.2, 0.1)

@@ -29,8 +29,9 @@ from macromicro.rig.twin import Twin
 from macromicro.runs.programmed import on_rig, on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis import all_procedures, collecting, hall_ramps
-from macromicro.thesis.chapter4 import _friction_runs
+from macromicro.thesis import all_procedures, collecting
+from macromicro.thesis.chapter3 import hall_calibration
+from macromicro.thesis.chapter4 import friction
 from macromicro.thesis.chapter5 import _electrothermal_runs, kiln_runs
 from macromicro.thesis.chapter6 import laser_noise
 from macromicro.thesis.procedure import Lab, needed
@@ -171,8 +172,8 @@ def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_hall_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hall_table, "RAMP_S", 0.4)
     monkeypatch.setattr(hall_table, "REST_S", 0.2)
-    fast = hall_ramps.collect(PLANT, 1, 1)
-    slow = hall_ramps.collect(Made().fixture(), 1, 1)
+    fast = hall_calibration.ramps(PLANT, 1, 1)
+    slow = hall_calibration.ramps(Made().fixture(), 1, 1)
     assert len(slow) == len(fast) == 2
     for one, other in zip(slow, fast, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -464,8 +465,8 @@ def test_every_procedure_names_channels_that_there_are() -> None:
 
 def test_collected_on_a_rig(monkeypatch: pytest.MonkeyPatch) -> None:
     """A catalogue entry on a rig: no column of truth, and where it comes from."""
-    monkeypatch.setattr(_friction_runs, "PULSES", (4.0,))
-    monkeypatch.setattr(_friction_runs.pulsed, "__defaults__", (10.0,))
+    monkeypatch.setattr(friction, "PULSES", (4.0,))
+    monkeypatch.setattr(friction.pulsed, "__defaults__", (10.0,))
     lab = Lab(seed=2, rigs=(Made(["encoder"]).fixture(),))
     found = collecting.find("drive").collect(lab)["drive"]
     assert [c.name for c in found.columns] == ["t", "macro_position", "motor", "run"]

@@ -11,7 +11,7 @@ import pytest
 from macromicro.columns import Column
 from macromicro.design.response import MoveResult
 from macromicro.recording import Recording
-from macromicro.report import _comparison_words, comparison, comparison_files
+from macromicro.report import _comparison_words, comparison
 from macromicro.report.comparison import Side
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("fan", "1", "", "i1"))
@@ -96,8 +96,8 @@ def test_a_move_that_never_settles_is_said() -> None:
 
 def test_the_page_has_the_columns_that_vary(tmp_path: Path) -> None:
     """The main ones, and others unless they are constant."""
-    comparison_files.write(tmp_path / "out", found([], [], laser=[[0.0, 1.0], [0.0, 2.0]]))
-    text = (tmp_path / "out" / comparison_files.PAGE).read_text()
+    comparison.write(tmp_path / "out", found([], [], laser=[[0.0, 1.0], [0.0, 2.0]]))
+    text = (tmp_path / "out" / comparison.PAGE).read_text()
     assert '"laser"' in text and '"fan"' not in text
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from macromicro.drawing.exhibit import Grid
 from macromicro.thesis import all_procedures
-from macromicro.thesis.captions import CAPTIONS, captioned
 from macromicro.thesis.claims import STATEMENTS
+from macromicro.thesis.contents import CAPTIONS, captioned
 
 TABLE = Grid(("part",), [("wire",)])
 

@@ -19,7 +19,6 @@ from macromicro.thesis.claims import (
     SET,
     STATEMENTS,
     Claim,
-    Statement,
     in_order,
     lost,
     stated,
@@ -75,7 +74,7 @@ def half_a_digit(printed: float) -> float:
     return 0.5 * 10.0 ** min(exponent, 0)
 
 
-def as_printed(s: Statement) -> bool:
+def as_printed(s: Claim) -> bool:
     """Is what counts as reproduced the printed number, to its last digit or more narrowly?"""
     numbers = s.printed if isinstance(s.printed, list) else [s.printed]
     if s.of or len(numbers) != len(s.accept) or not all(isinstance(n, float) for n in numbers):
@@ -138,10 +137,10 @@ def test_a_reason_takes_exactly_its_values() -> None:
         stated("M1", 3.0, REPRODUCED)
     with pytest.raises(KeyError, match="no placeholder for: place, width"):
         stated("M1", 3.0, REPRODUCED, spread=0.25, width=1.0, place=2.0)
-    late = stated("M14", 0.7, DIFFERS, "late", travel=2800.0, seconds=6.0)
+    late = stated("M14", 0.7, DIFFERS, wording="late", travel=2800.0, seconds=6.0)
     assert late.reason == "not within 2 % of 2800 counts after 6 s"
     with pytest.raises(KeyError, match="early"):
-        stated("M14", 0.7, DIFFERS, "early", travel=2800.0, seconds=6.0)
+        stated("M14", 0.7, DIFFERS, wording="early", travel=2800.0, seconds=6.0)
 
 
 def test_an_unknown_claim_is_lost_without_words() -> None:

@@ -15,10 +15,10 @@ from macromicro.programme import MICRO
 from macromicro.recording import Recording
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
-from macromicro.thesis.appendix_d import cycle_runs, cycle_testing
-from macromicro.thesis.appendix_d.cycle_runs import CycleData
+from macromicro.thesis.appendix_d import cycle_testing
+from macromicro.thesis.appendix_d.cycle_testing import CycleData
 from macromicro.thesis.chapter4 import _design as macro_design
-from macromicro.thesis.chapter4 import _validation, control
+from macromicro.thesis.chapter4 import control, identification
 from macromicro.thesis.chapter6 import laser_noise
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
 
@@ -44,7 +44,7 @@ def test_m8_the_tuned_model_is_nowhere_worse_by_a_point() -> None:
         ]
         assert errors[1] <= errors[0] + 1.0
     worse = [c._replace(initial=c.bench, tuned=c.bench + 0.02 * np.ptp(c.bench)) for c in cases]
-    found = {c.id: c for c in _validation.claims(worse)}
+    found = {c.id: c for c in identification.case_claims(worse)}
     assert found["M8"].verdict == DIFFERS
 
 
@@ -105,7 +105,7 @@ def test_m7_a_model_that_is_right_everywhere_misses_nowhere() -> None:
     """Errors of some counts/s in thousands are no miss, whatever their ratio."""
     cases = collected("macro-identification").cases
     close = [c._replace(initial=c.bench + 1e-4 * c.volts * np.arange(len(c.t))) for c in cases]
-    found = {c.id: c for c in _validation.claims(close)}
+    found = {c.id: c for c in identification.case_claims(close)}
     assert found["M7"].verdict == DIFFERS
 
 
@@ -177,8 +177,8 @@ def test_i4_no_bias_is_left() -> None:
 def times(data: CycleData) -> tuple[np.ndarray, np.ndarray]:
     """Mean rise and fall times [s] of each cycle."""
     cycles = data.counts.reshape(len(data.counts), -1, PERIOD)
-    rise = np.argmax(cycles[:, :, :2000] >= 149.0, axis=2) * cycle_runs.DT
-    fall = np.argmax(cycles[:, :, 2000:] <= 0.0, axis=2) * cycle_runs.DT
+    rise = np.argmax(cycles[:, :, :2000] >= 149.0, axis=2) * cycle_testing.DT
+    fall = np.argmax(cycles[:, :, 2000:] <= 0.0, axis=2) * cycle_testing.DT
     return rise.mean(axis=0), fall.mean(axis=0)
 
 

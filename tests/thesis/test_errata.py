@@ -27,7 +27,7 @@ from macromicro.models.weighted_gain import Exponential, Weighted, exponential, 
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis.chapter4.pd_route import trial
+from macromicro.thesis.chapter4._design import trial
 from macromicro.thesis.chapter5.micro_runs import error_after
 from macromicro.thesis.errata import ERRATA, Erratum, evidence
 

@@ -12,7 +12,6 @@ from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.thesis import cycle_bench, kiln_bench
-from macromicro.thesis.chapter4 import control
 from macromicro.thesis.chapter5 import electrothermal, micro_control
 from macromicro.thesis.chapter5.actuator_models import Unfitted
 from macromicro.thesis.chapter6 import integrated_runs
@@ -27,6 +26,7 @@ from macromicro.thesis.claims import (
     stated,
     whole,
 )
+from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
 from macromicro.thesis.reproduce import failed
 
@@ -109,8 +109,8 @@ def test_cut_cycles_lose_no_other_claim() -> None:
 def test_arithmetic_survives_its_procedure() -> None:
     """S9, M11 and M11b need no bench."""
     for procedure, names in (
-        (electrothermal.PROCEDURE, {"S9"}),
-        (control.PROCEDURE, {"M11", "M11b"}),
+        (find("electrothermal"), {"S9"}),
+        (find("macro-control"), {"M11", "M11b"}),
     ):
         claims = failed(procedure, "no power").claims
         assert [c.id for c in claims] == list(procedure.ids)
@@ -121,7 +121,7 @@ def test_steps_that_fit_no_model_still_cool() -> None:
     """S8 takes the table and one record; what is lost says why."""
     models = collected("electrothermal")
     found = electrothermal.claims(Unfitted(models.table, models.data, "too hot"))
-    assert [c.id for c in found] == list(electrothermal.PROCEDURE.ids)
+    assert [c.id for c in found] == list(find("electrothermal").ids)
     good = {c.id for c in found if c.verdict != NOT_MEASURED}
     assert good == {"S8", "S9"}
     assert all("too hot" in c.reason for c in found if c.id not in good)

@@ -14,8 +14,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from macromicro.batch._engine import cores, run, trajectories
-from macromicro.batch.variants import SEED, Job, Metric, Trajectories, Variants
+from macromicro.batch._engine import cores, run
+from macromicro.batch.variants import SEED, Job, Metric, Variants
 from macromicro.errors import InputError
 from macromicro.schema import plugins
 from macromicro.schema.text import is_toml
@@ -25,12 +25,10 @@ __all__ = [
     "SEED",
     "Job",
     "Metric",
-    "Trajectories",
     "Variants",
     "cores",
     "job",
     "run",
-    "trajectories",
 ]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from macromicro import portable
 from macromicro.arrays import Array
-from macromicro.batch.variants import Job, Trajectories, Variants
+from macromicro.batch.variants import Job, Variants
 from macromicro.errors import InputError
 
 AHEAD = 2  # pieces a thread that may wait for their turn to be given
@@ -120,39 +120,3 @@ def _parallel(
             yield number, done.result()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def trajectories(job: Job, variants: Variants, every: int = 10) -> Trajectories:
-    """Courses of a few runs, in memory.
-
-    Parameters
-    ----------
-    job : Job
-        The job to run.
-    variants : Variants
-        A few variants.
-    every : int
-        Interval in samples.
-
-    Returns
-    -------
-    Trajectories
-        The courses of all runs.
-
-    Raises
-    ------
-    InputError
-        An `every` below 1, or variants that the job refuses.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from macromicro import batch
-    >>> gains = batch.Variants(("controller.pd_tuned.now",), np.array([[0.010], [0.014]]))
-    >>> runs = batch.trajectories(batch.job("macro-bench"), gains, every=100)
-    >>> {name: values.shape for name, values in runs.columns.items()}
-    {'macro_position': (2, 100), 'motor': (2, 100)}
-    """
-    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise InputError("every", every, "a whole number from 1")
-    return job.trace(variants, every)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from macromicro import recorded
 from macromicro.arrays import Array
 from macromicro.batch.variant_job import VariantJob
 from macromicro.batch.variants import Metric, Variants, named
-from macromicro.columns import Column
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
 from macromicro.design import steps
@@ -79,13 +77,9 @@ class MacroBenchJob(VariantJob):
     """
 
     name, metrics, beside = "macro-bench", METRICS, REFERENCE
-    traced = ("macro_position", "motor")
 
     def __init__(
-        self,
-        settings: Settings | None = None,
-        reference: float = COUNTS,
-        length: float = 10.0,
+        self, settings: Settings | None = None, reference: float = COUNTS, length: float = 10.0
     ) -> None:
         super().__init__(Settings() if settings is None else settings)
         self._reference = float(reference)
@@ -107,13 +101,6 @@ class MacroBenchJob(VariantJob):
     def one(self, settings: Settings, target: float) -> tuple[float, ...]:
         law, seen = run(settings, target, self._samples)
         return judged(law, target, seen[0], seen[1])
-
-    def columns(self) -> tuple[Column, ...]:
-        return recorded.named(*self.traced)
-
-    def courses(self, settings: Settings, target: float) -> dict[str, Array]:
-        _, seen = run(settings, target, self._samples)
-        return dict(zip(self.traced, seen[:2], strict=True))
 
 
 def _step(target: float, where: str) -> float:

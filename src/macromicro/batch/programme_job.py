@@ -15,11 +15,6 @@ from macromicro.settings import Settings
 
 
 class TwoStageJob(MachineJob):
-    traced = (
-        *("macro_reference", "macro_position", "motor", "micro_reference", "hall_position"),
-        *("ctrl", "laser", "phase"),
-    )
-
     def prepare(self) -> None:
         compiled(loop.rollout)
 

@@ -14,8 +14,6 @@ from macromicro.runs.setup import Setup
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import is_toml
 
-TRACED = ("position", "target", "effort")  # of each stage
-
 
 class StageJob(MachineJob):
     """Stages with a programme.
@@ -29,11 +27,7 @@ class StageJob(MachineJob):
     refuses = True
 
     def __init__(
-        self,
-        machine: Any,
-        programme: str = "",
-        seed: int = 0,
-        settings: Any = None,
+        self, machine: Any, programme: str = "", seed: int = 0, settings: Any = None
     ) -> None:
         found: Any
         if isinstance(machine, str) and is_toml(machine):
@@ -46,9 +40,7 @@ class StageJob(MachineJob):
         self._trees = found.trees(self._settings)
         self._programme = str(programme) if programme else None
         setup = self.setup(self._settings)  # a wrong programme is refused at once
-        self.metrics, self.period = setup.metrics, setup.period
-        before = [f"{name}_" if name else "" for name in composite.names(found)]
-        self.traced = tuple(f"{each}{name}" for each in before for name in TRACED)
+        self.metrics = setup.metrics
 
     def loaded(self, path: Path | None, law: str | None) -> Any:
         if law is not None and len(self._trees) > 1:

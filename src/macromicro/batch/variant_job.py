@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.batch.variants import SEED, Metric, Trajectories, Variants, applied, checked, seeds
+from macromicro.batch.variants import SEED, Metric, Variants, applied, checked, seeds
 from macromicro.batch.variants import table as parameters
-from macromicro.columns import Column
 from macromicro.control.macro import NAMES
 from macromicro.errors import InputError
-from macromicro.loop import PERIOD
 from macromicro.runs.setup import Setup
 from macromicro.schema.config import check
 from macromicro.settings import chosen
@@ -31,10 +28,8 @@ class VariantJob:
 
     name: str
     metrics: tuple[Metric, ...]  # of a run
-    traced: tuple[str, ...]  # columns of a run that `trace` shows
     block = 1
     beside = SEED
-    period = PERIOD
     refuses = False  # whether settings that no file could have are an error
 
     def __init__(self, settings: Any, seed: int = 0) -> None:
@@ -66,14 +61,6 @@ class VariantJob:
         """The metrics of a run under other settings than the job's."""
         raise NotImplementedError
 
-    def courses(self, settings: Any, seed: Any) -> Mapping[str, Array]:
-        """The columns `traced` of a run."""
-        raise NotImplementedError
-
-    def columns(self) -> Sequence[Column]:
-        """Those of a run."""
-        raise NotImplementedError
-
     def _own(self, variants: Variants, values: Array, first: int) -> Sequence[Any]:
         """The value `beside` the parameters of each variant."""
         return seeds(variants, values, self._seed, first)
@@ -93,19 +80,6 @@ class VariantJob:
         found = [self.one(*each) for each in self._each(variants, first)]
         return np.array(found, dtype=np.float64).reshape(len(found), len(self.metrics))
 
-    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """The columns `traced` of each run."""
-        courses = [self.courses(*each) for each in self._each(variants, first)]
-        seen = [[course[name][::every] for name in self.traced] for course in courses]
-        rows = max((len(run[0]) for run in seen), default=0)
-        shown = {name: np.full((len(seen), rows), math.nan) for name in self.traced}
-        for k, run in enumerate(seen):
-            for name, part in zip(self.traced, run, strict=True):
-                shown[name][k, : len(part)] = part
-        units = {c.name: c.unit for c in self.columns() if c.name in self.traced}
-        t = np.arange(rows * every, step=every, dtype=np.float64) * self.period
-        return Trajectories(t, shown, units)
-
 
 class MachineJob(VariantJob):
     """A machine with a programme, as `macromicro run` runs it, without a recording."""
@@ -116,10 +90,3 @@ class MachineJob(VariantJob):
 
     def one(self, settings: Any, seed: int) -> Any:
         return self.setup(settings).trial(seed)
-
-    def courses(self, settings: Any, seed: int) -> dict[str, Array]:
-        recording, _ = self.setup(settings).simulate(seed, ("t", *self.traced))
-        return {name: recording[name] for name in self.traced}
-
-    def columns(self) -> tuple[Column, ...]:
-        return self.setup(self._settings).columns()

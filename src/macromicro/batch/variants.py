@@ -36,14 +36,6 @@ FAULT = Metric("fault", "", "stops by the guard")
 CODE = Metric("fault_code", "", "which fault stopped the run, 0 for none")
 
 
-class Trajectories(NamedTuple):
-    """The courses of runs; one that ended early is NaN from there on."""
-
-    t: Array  #: time [s]
-    columns: dict[str, Array]  #: by name
-    units: dict[str, str]  #: by the same names
-
-
 class Job(Protocol):
     """A job that turns variants into metrics."""
 
@@ -81,24 +73,6 @@ class Job(Protocol):
         ------
         InputError
             An impossible value; names variant and key.
-        """
-
-    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """The course of each run.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        every : int
-            Interval in samples.
-        first : int
-            Number of the first variant, for seeds and errors.
-
-        Returns
-        -------
-        Trajectories
-            One row per variant.
         """
 
 

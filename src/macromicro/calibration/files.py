@@ -147,7 +147,6 @@ def write(out: Path, found: Calibration, kinds: Sequence[str] = drawings.DEFAULT
             rows=rows(found),
             errors=errors(found),
             pictures=shown,
-            version=macromicro.__version__,
         )
         write_text(place / PAGE, page)
 

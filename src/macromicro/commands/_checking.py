@@ -1,8 +1,9 @@
-"""Checks of the user's own laws, machines and rigs for ``macromicro doctor``."""
+"""Checks of laws, machines and rigs of the user for ``doctor``, and a rig's first power-up."""
 
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -17,7 +18,7 @@ from macromicro.machines import contract as machine_contract
 from macromicro.machines import machine as machines
 from macromicro.nominal import PERIOD
 from macromicro.rig import contract as rig_contract
-from macromicro.rig import contract_moving
+from macromicro.rig import contract_moving, walk
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Fixture
 from macromicro.schema import plugins
@@ -26,6 +27,7 @@ from macromicro.units import quantity
 
 OPTION = "--law"
 _CALLS = 20_000
+MOTOR = 6.0  # V, of the first power-up
 
 
 def law(name: str) -> Iterator[Finding]:
@@ -97,3 +99,28 @@ def _speed(law: StageLaw) -> str:
         memory, _ = law.step(gains, memory, target, sample, PERIOD)
     each = 1e6 * (time.perf_counter() - began) / _CALLS
     return f"{each:.2g} us a period interpreted, as `serve` runs it (a period is 1000 us)"
+
+
+def walked(name: str, move: str | None, heat: str | None, *, yes: bool) -> Iterator[Finding]:
+    motor = MOTOR if move is None else volts_of(move, "--move")
+    ctrl = walk.CTRL if heat is None else volts_of(heat, "--heat")
+    fixture = fixture_of(name)
+    if fixture.kind != BENCH:
+        raise ProblemError("--walk", f"only for a rig of kind bench, not {fixture.kind}")
+    if not yes:
+        asking.check_terminal(f"--rig {name}")
+
+    answers = {"y": walk.GO, "yes": walk.GO, "s": walk.SKIP, "skip": walk.SKIP}
+
+    def ask(step: walk.Step, lines: list[str]) -> str:
+        if yes and step.by_hand:
+            return walk.SKIP
+        print(*lines, sep="\n", file=sys.stderr, flush=True)
+        if yes:
+            return walk.GO
+        print("y: do it, s: skip it, any other key ends: ", end="", file=sys.stderr, flush=True)
+        answer = sys.stdin.readline().strip().lower()
+        return answers.get(answer, walk.END)
+
+    for each in walk.walk(fixture, walk.Limits(motor, ctrl), ask):
+        yield told(each)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.commission.procedure import Options
@@ -81,7 +82,7 @@ def run(task: Task, out: Path, rig: str, *, overwrite: bool, resume: bool, yes: 
         try:
             found = task.perform(steps)
         except KeyboardInterrupt:
-            print(f"macromicro: interrupted; to continue: --resume --out {out}", file=sys.stderr)
+            say(f"interrupted; to continue: --resume --out {out}")
             raise typer.Exit(signals.status) from None
         signals.later()
         task.write(found, started)
@@ -90,7 +91,7 @@ def run(task: Task, out: Path, rig: str, *, overwrite: bool, resume: bool, yes: 
     print(*(f"doubtful: {doubt}" for doubt in summary.doubts), *summary.verified, sep="\n")
     print(f"page: {out / PAGE}\nmachine: {out / MACHINE}")
     if summary.why:
-        print(f"macromicro: not verified: {summary.why}", file=sys.stderr)
+        say(f"not verified: {summary.why}")
         raise typer.Exit(1)
     if summary.hint:
         print(summary.hint)
@@ -141,13 +142,7 @@ def _calibrated(found: Any, out: Path, hint: str) -> tuple[list[str], str]:
 
 
 def one_stage(
-    place: Place,
-    options: Options,
-    out: Path,
-    seed: int,
-    kinds: Sequence[str],
-    *,
-    calibrate: bool,
+    place: Place, options: Options, out: Path, seed: int, kinds: Sequence[str], *, calibrate: bool
 ) -> Task:
     from macromicro.calibration import files
     from macromicro.commission import report

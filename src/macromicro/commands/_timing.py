@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ import typer
 
 from macromicro.commands.group import announce_compiling
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,11 +54,11 @@ def measured(config: Path | None, seconds: float, figure: Path | None, *, as_jso
 
         figure.write_bytes(files.encoded(_draw(got, settings.period), figure.suffix[1:].lower()))
     if signals.received:
-        print("macromicro: interrupted; the results cover the time until then", file=sys.stderr)
+        say("interrupted; the results cover the time until then")
         raise typer.Exit(signals.status)
     if got.fault is not None:
         words = f"{got.fault.message} {got.fault.evidence}. {got.fault.remedy}"
-        print(f"macromicro: {words}", file=sys.stderr)
+        say(words)
         raise typer.Exit(1)
 
 

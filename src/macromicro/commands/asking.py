@@ -21,13 +21,17 @@ def agreed(lines: list[str], where: str, *, yes: bool) -> None:
     print(*lines, sep="\n", file=sys.stderr, flush=True)
     if yes:
         return
-    if not sys.stdin.isatty():
-        raise ProblemError(
-            where, "confirmation needed, but standard input is not a terminal", f"Add {OPTION}."
-        )
+    check_terminal(where)
     print("move it? [y/N] ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
         raise ProblemError(where, "not confirmed", f"Answer y, or add {OPTION}.")
+
+
+def check_terminal(where: str) -> None:
+    """Refuse to go on where no terminal asks for confirmation."""
+    if not sys.stdin.isatty():
+        found = "confirmation needed, but standard input is not a terminal"
+        raise ProblemError(where, found, f"Add {OPTION}.")
 
 
 def before(job: Any, yes: bool) -> None:

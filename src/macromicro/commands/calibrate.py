@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from macromicro.commands.group import whole
-from macromicro.commands.options import PNG, Figures, Json, Overwrite, Rig, Seed, Yes, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -21,79 +20,26 @@ if TYPE_CHECKING:
 OUT = Path("results/calibrate")
 WRONG = 1  # exit code of a calibration that no longer holds
 
-Period = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="LENGTH",
-        help="Length after which an error may repeat, such as '2 mm'; may be repeated.",
-        show_default="those of the drive",
-    ),
-]
-
 
 def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            "--config", metavar="FILE", help="Settings of the machine.", show_default=False
-        ),
-    ] = None,
-    reference: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="Simulated instrument: laser, scale, camera, capacitive, dial; autocollimator "
-            "for angles; none for what the own sensor shows.",
-            show_default="laser, or autocollimator",
-        ),
-    ] = "",
-    positions: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Positions along each axis.")
-    ] = 40,
-    runs: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Runs in both directions.")
-    ] = 5,
-    period: Period = None,
-    cogging: Annotated[
-        bool,
-        typer.Option("--cogging", help="Learn efforts along the travel as well, by slow passes."),
-    ] = False,
-    reversals: Annotated[
-        bool,
-        typer.Option(
-            "--reversals", help="Learn efforts where motions turn back as well, by circles."
-        ),
-    ] = False,
-    readings: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Readings of another instrument (CSV) instead of measuring.",
-            show_default=False,
-        ),
-    ] = None,
-    list_to: Annotated[
-        Path | None,
-        typer.Option(
-            "--list",
-            metavar="FILE",
-            help="Write positions to go to, and measure nothing.",
-            show_default=False,
-        ),
-    ] = None,
-    by_hand: Annotated[
-        bool, typer.Option("--by-hand", help="Ask for each reading on the keyboard.")
-    ] = False,
-    check: Annotated[
-        bool, typer.Option("--check", help="Only measure whether the corrections still hold.")
-    ] = False,
-    rig: Rig = "twin",
-    yes: Yes = False,
-    seed: Seed = 0,
-    out: Annotated[Path | None, folder_option(OUT)] = None,
-    overwrite: Overwrite = False,
-    figures: Figures = PNG,
-    as_json: Json = False,
+    config: Path | None = None,
+    reference: str = "",
+    positions: int = 40,
+    runs: int = 5,
+    period: list[str] | None = None,
+    cogging: bool = False,
+    reversals: bool = False,
+    readings: Path | None = None,
+    list_to: Path | None = None,
+    by_hand: bool = False,
+    check: bool = False,
+    rig: str = "twin",
+    yes: bool = False,
+    seed: int = 0,
+    out: Path | None = None,
+    overwrite: bool = False,
+    figures: str = PNG,
+    as_json: bool = False,
 ) -> None:
     """Measure a stage's errors, correct them and verify that.
 

@@ -4,46 +4,28 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from macromicro.commands.options import Calibration, Loop, Overwrite, Port, Rig, Seed, folder_option
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.commands._experiments import Experiment
 
 
 def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    experiment: Annotated[
-        str | None,
-        typer.Argument(
-            help=(
-                "An experiment that --list names, or MODULE:PROCEDURE of your "
-                "own (docs/own-machines.md)."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    rig: Rig = "twin",
-    port: Port = None,
-    loop: Loop = None,
-    calibration: Calibration = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            help=(
-                "Settings file; a machine of one stage has experiments of its "
-                "own (docs/machines.md)."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    seed: Seed = 0,
-    out: Annotated[Path | None, folder_option("results/<experiment>", "the recordings")] = None,
-    overwrite: Overwrite = False,
-    listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
+    experiment: str | None = None,
+    rig: str = "twin",
+    port: str | None = None,
+    loop: str | None = None,
+    calibration: Path | None = None,
+    config: Path | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    overwrite: bool = False,
+    listed: bool = False,
 ) -> None:
     """Run a laboratory procedure and save its recordings.
 
@@ -80,7 +62,7 @@ def _collect(one: Experiment, place: Path, signals: Signals) -> None:
     try:
         recordings = one.collect(signals)
     except KeyboardInterrupt:
-        print("macromicro: interrupted; nothing written", file=sys.stderr)
+        say("interrupted; nothing written")
         raise typer.Exit(signals.status or 130) from None
     with folder.staged(place) as stage:
         for name, recording in recordings.items():

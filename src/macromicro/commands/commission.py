@@ -6,11 +6,9 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from macromicro.commands.options import PNG, Figures, Overwrite, Port, Rig, Seed, Yes, folder_option
+from macromicro.commands.options import PNG
 
 if TYPE_CHECKING:
     from macromicro.commission.procedure import Options
@@ -25,101 +23,27 @@ CREEP = 25.0  # the greatest speed is so many times that of the creep
 
 
 def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Settings of the simulated machine, or of two axes on two rigs.",
-            show_default="the two-stage bench",
-        ),
-    ] = None,
-    rig: Rig = "twin",
-    port: Port = None,
-    pitch: Annotated[
-        str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
-    ] = "",
-    kind: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "Kind of your own rig: axis, rotary, piezo or wire; two_stage "
-                "for both stages, also simulated; MODULE:KIND of your own, also"
-                " with --config."
-            ),
-            show_default="axis",
-        ),
-    ] = "",
-    kiln: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME", help="With --kind two_stage: rig of the kiln.", show_default="none"
-        ),
-    ] = "",
-    effort: Annotated[
-        str,
-        typer.Option(
-            help="Largest voltage, such as '8 V'.", show_default="the largest that the rig has"
-        ),
-    ] = "",
-    lowest: Annotated[
-        str,
-        typer.Option(
-            help="Lowest voltage of your own rig of another kind than axis, such as '-2 V'.",
-            show_default="0 V",
-        ),
-    ] = "",
-    speed: Annotated[
-        str, typer.Option(help="Greatest speed.", show_default=f"{SPEED}, or {TURNING[0]}")
-    ] = "",
-    creep: Annotated[
-        str, typer.Option(help="Speed of the search for end stops.", show_default="speed / 25")
-    ] = "",
-    travel: Annotated[
-        str,
-        typer.Option(
-            help="Longest travel of the search for an end stop.",
-            show_default=f"{TRAVEL}, or {TURNING[1]}",
-        ),
-    ] = "",
-    low: Annotated[
-        str,
-        typer.Option(
-            "--from", help=("Low end of the allowed travel, from the present position: '-20 mm'.")
-        ),
-    ] = "",
-    high: Annotated[
-        str,
-        typer.Option(
-            "--to", help="High end of the allowed travel; the end stops are then not searched."
-        ),
-    ] = "",
-    ends: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "none: continuous rotation of your own rig; it moves half a "
-                "turn either way, or between --from and --to."
-            ),
-            show_default="stops",
-        ),
-    ] = "",
-    calibrate: Annotated[
-        bool,
-        typer.Option(
-            "--calibrate",
-            help="Calibrate after the verification, by the rig's channel laser or a simulated one.",
-        ),
-    ] = False,
-    yes: Yes = False,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Continue after the last completed step.")
-    ] = False,
-    seed: Seed = 0,
-    out: Annotated[Path | None, folder_option(OUT)] = None,
-    overwrite: Overwrite = False,
-    figures: Figures = PNG,
+    config: Path | None = None,
+    rig: str = "twin",
+    port: str | None = None,
+    pitch: str = "",
+    kind: str = "",
+    kiln: str = "",
+    effort: str = "",
+    lowest: str = "",
+    speed: str = "",
+    creep: str = "",
+    travel: str = "",
+    low: str = "",
+    high: str = "",
+    ends: str = "",
+    calibrate: bool = False,
+    yes: bool = False,
+    resume: bool = False,
+    seed: int = 0,
+    out: Path | None = None,
+    overwrite: bool = False,
+    figures: str = PNG,
 ) -> None:
     """Identify an unknown stage, tune its law and verify both.
 

@@ -3,43 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from macromicro.commands.options import PNG, Figures, Json, Overwrite, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
 
 OUT = Path("results/compare")
 
 
 def compare(
-    recordings: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="A B ...",
-            help=("Recordings, folders of runs or measured data; each is compared with the first."),
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[Path | None, folder_option(OUT, "figures and numbers")] = None,
-    figures: Figures = PNG,
-    as_json: Json = False,
-    overwrite: Overwrite = False,
+    recordings: list[Path] | None = None,
+    out: Path | None = None,
+    figures: str = PNG,
+    as_json: bool = False,
+    overwrite: bool = False,
 ) -> None:
     """Compare recordings in a figure and a table of differences."""
     from macromicro.drawing.files import formats
-    from macromicro.report import comparison, comparison_files, terminal
+    from macromicro.report import comparison, terminal
     from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
 
     kinds = formats(figures)
     sides = comparison.load(recordings or [])
-    names, out = comparison_files.FILES, folder.chosen(out, OUT, overwrite=overwrite)
-    folder.check(out, comparison_files.BYTES, overwrite=overwrite, names=names)
+    names, out = comparison.FILES, folder.chosen(out, OUT, overwrite=overwrite)
+    folder.check(out, comparison.BYTES, overwrite=overwrite, names=names)
     with Signals(), folder.held(out, overwrite=overwrite, names=names):
         found = comparison.compare(sides)
-        comparison_files.write(out, found, kinds)
+        comparison.write(out, found, kinds)
     if as_json:
         print(to_json(comparison.content(found)), end="")
         return

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from macromicro.commands.options import Config, Rig, Yes
+from macromicro.commands.group import check_ports
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
 if TYPE_CHECKING:
@@ -16,95 +16,24 @@ if TYPE_CHECKING:
 
 
 def doctor(  # noqa: PLR0913, PLR0917 - one for each option
-    rig: Rig = "twin",
-    look: Annotated[
-        bool, typer.Option("--open", help="Only open and read the rig, with its outputs safe.")
-    ] = False,
-    move: Annotated[
-        str | None,
-        typer.Option(
-            metavar="VOLTS",
-            help=(
-                "Open and move the rig: signs, stop, a process killed in "
-                "motion. With --walk: largest motor voltage, by default 6 V."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    walk: Annotated[
-        bool,
-        typer.Option(
-            "--walk", help=("Guide through the first power-up; each step asks before it moves.")
-        ),
-    ] = False,
-    heat: Annotated[
-        str | None,
-        typer.Option(
-            metavar="VOLTS",
-            help="With --walk: CTRL voltage for one second in the wire.",
-            show_default="1.7 V",
-        ),
-    ] = None,
-    yes: Yes = False,
-    config: Config = None,
-    host: Annotated[str, typer.Option(help="Address to listen on.")] = HOST,
-    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI port; -1 for none.")] = SCPI_PORT,
-    web: Annotated[
-        int, typer.Option(metavar="PORT", help="Port of the page; -1 for none.")
-    ] = WEB_PORT,
-    record: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for recordings.", show_default=str(FOLDER)),
-    ] = None,
-    state: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Position file.", show_default="as of serve")
-    ] = None,
-    port: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PORT",
-            help=("Serial port of --rig board; or numbers of the TCP ports to check."),
-            show_default=False,
-        ),
-    ] = None,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Check only this law of your own, MODULE:LAW (docs/laws.md).",
-            show_default=False,
-        ),
-    ] = None,
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help=("Check only this machine of your own, MODULE:MACHINE (docs/own-machines.md)."),
-            show_default=False,
-        ),
-    ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(
-            metavar="S",
-            min=0.5,
-            max=86400.0,
-            help=(
-                "Only measure for S seconds how well this computer keeps the loop's period, with "
-                "the simulated machine."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    figure: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="With --seconds: draw the histograms (.png, .pdf or .svg).",
-            show_default=False,
-        ),
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
+    rig: str = "twin",
+    look: bool = False,
+    move: str | None = None,
+    walk: bool = False,
+    heat: str | None = None,
+    yes: bool = False,
+    config: Path | None = None,
+    host: str = HOST,
+    scpi: int = SCPI_PORT,
+    web: int = WEB_PORT,
+    record: Path | None = None,
+    state: Path | None = None,
+    port: list[str] | None = None,
+    law: str | None = None,
+    machine: str | None = None,
+    seconds: float | None = None,
+    figure: Path | None = None,
+    json: bool = False,
 ) -> None:
     """Check whether this computer has what `macromicro serve` needs.
 
@@ -115,7 +44,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     """
     from json import dumps
 
-    from macromicro.commands import _checking, _timing, _walking
+    from macromicro.commands import _checking, _timing
     from macromicro.rig.board.named import joined
     from macromicro.serve import health, persist
     from macromicro.serve.choosing import load
@@ -137,7 +66,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     if machine is not None:
         findings = _checking.machine(machine)
     elif walk:
-        findings = _each(rig, lambda one: _walking.rig(one, move, heat, yes=yes))
+        findings = _each(rig, lambda one: _checking.walked(one, move, heat, yes=yes))
     elif look or move is not None:
         findings = _each(rig, lambda one: _checking.rig(one, move, yes=yes))
     elif law is None:
@@ -189,11 +118,7 @@ def _ports(scpi: int, web: int, others: Sequence[str]) -> dict[int, str]:
     """Ports to check, by number; a free one chosen by the system is always available."""
     from macromicro.errors import InputError
 
-    for option, port in (("--scpi", scpi), ("--web", web)):
-        if not -1 <= port <= 65535:
-            raise InputError(
-                option, port, "a port from 1 to 65535, 0 for any free one, -1 for none"
-            )
+    check_ports({"--scpi": scpi, "--web": web})
     for other in others:
         if not 1 <= int(other) <= 65535:
             raise InputError("--port", other, "a serial port, or a TCP port from 1 to 65535")

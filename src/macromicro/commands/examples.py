@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 _PACKAGE = Path(__file__).parents[1]
 
 
-def examples(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="New folder for the files.")
-    ] = Path("examples"),
-) -> None:
+def examples(folder: Path = Path("examples")) -> None:
     """Copy example machines, sweeps, scripts, data and tutorials."""
     import shutil
 

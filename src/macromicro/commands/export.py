@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 from macromicro.commands.group import Group
-from macromicro.commands.options import Overwrite
+from macromicro.commands.options import command
 
 app = typer.Typer(
+    name="export",
     cls=Group,
     help=(
         "Write control code as C99 or FMU, or a board's firmware. Laws,"
@@ -21,32 +21,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-What = Annotated[
-    str,
-    typer.Argument(
-        metavar="WHAT",
-        help=(
-            "A name that `macromicro export list` prints, such as axis.law,"
-            " or MODULE:LAW of your own."
-        ),
-    ),
-]
-Config = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Settings whose values are written.")
-]
-For = Annotated[
-    str | None,
-    typer.Option(
-        "--for",
-        metavar="SYSTEMS",
-        help="Compile for these: linux,linux-arm,windows,macos (extra `cross`).",
-        show_default=False,
-    ),
-]
 
-
-@app.command("list")
-def list_(config: Config = None) -> None:
+@command(app, "list")
+def list_(config: Path | None = None) -> None:
     """Print what can be exported.
 
     With --config the list is that of the file's machine, else of all machines.
@@ -64,22 +41,14 @@ def list_(config: Config = None) -> None:
         print(f"{name:<{width}}  {title}")
 
 
-@app.command()
+@command(app)
 def c(
-    what: What,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for the files.", show_default="results/c-<WHAT>"),
-    ] = None,
-    config: Config = None,
-    single: Annotated[
-        bool,
-        typer.Option(
-            "--float", help=("Use float and 32-bit integers instead of double and 64-bit ones.")
-        ),
-    ] = False,
-    systems: For = None,
-    overwrite: Overwrite = False,
+    what: str,
+    out: Path | None = None,
+    config: Path | None = None,
+    single: bool = False,
+    systems: str | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write C99 from kernels (docs/export.md).
 
@@ -109,31 +78,25 @@ def c(
     print(f"results: {place}")
 
 
-@app.command()
+@command(app)
 def fmu(
-    what: What,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The FMU.", show_default="<WHAT>.fmu")
-    ] = None,
-    config: Config = None,
-    systems: For = None,
-    overwrite: Overwrite = False,
+    what: str,
+    out: Path | None = None,
+    config: Path | None = None,
+    systems: str | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write a co-simulation FMU (FMI 2.0) for Simulink or FMPy.
 
     It is made from the exported C (docs/export.md) and contains the sources and a library for this
     system, or for each system of --for. It needs no Python.
     """
-    from macromicro.errors import ProblemError
     from macromicro.export import building, catalogue, files
     from macromicro.export import fmu as units
 
     written = files.written(catalogue.unit(what, config))
     place = out or Path(f"{written.name}.fmu")
-    if place.exists() and not overwrite:
-        raise ProblemError(
-            "--out", f"{place} already exists", "Choose another file or add --overwrite."
-        )
+    _check_new(place, overwrite)
     wanted = building.systems(systems)
     face = units.write(written, place, wanted)
     numbers = dict.fromkeys(("input", "output", "parameter"), 0)
@@ -149,11 +112,8 @@ def fmu(
     print(f"results: {place}")
 
 
-@app.command("hex")
-def hex_(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to flash.")] = Path("uno.hex"),
-    overwrite: Overwrite = False,
-) -> None:
+@command(app, "hex")
+def hex_(out: Path = Path("uno.hex"), overwrite: bool = False) -> None:
     """Write the built firmware for an Arduino Uno or Nano.
 
     No compiler is needed (docs/board.md).
@@ -162,13 +122,18 @@ def hex_(
     from macromicro.errors import ProblemError
     from macromicro.rig.board import prebuilt
 
-    if out.exists() and not overwrite:
-        raise ProblemError(
-            "--out", f"{out} already exists", "Choose another file or add --overwrite."
-        )
+    _check_new(out, overwrite)
     try:
         digest = prebuilt.write(out)
     except OSError as error:
         raise ProblemError("--out", f"cannot write {out}: {error.strerror}") from None
     print(f"SHA-256: {digest}")
     print(f"results: {out}")
+
+
+def _check_new(place: Path, overwrite: bool) -> None:
+    from macromicro.errors import ProblemError
+
+    if place.exists() and not overwrite:
+        remedy = "Choose another file or add --overwrite."
+        raise ProblemError("--out", f"{place} already exists", remedy)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -61,3 +61,11 @@ def whole(text: str | int) -> int:
         return int(text)
     except ValueError:
         raise BadParameter(f"{text!r}; accepted: a whole number") from None
+
+
+def check_ports(ports: Mapping[str, int]) -> None:
+    """Refuse numbers that are no ports; by option."""
+    for option, port in ports.items():
+        if not -1 <= port <= 65535:
+            accepted = "a port from 1 to 65535, 0 for any free one, -1 for none"
+            raise InputError(option, port, accepted)

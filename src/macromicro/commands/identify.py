@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 
-from macromicro.commands.calibrate import OUT, Period, calibrate
+from macromicro.commands.calibrate import calibrate
 from macromicro.commands.group import Group
-from macromicro.commands.options import Json, Overwrite, folder_option
+from macromicro.commands.options import command, worded
 from macromicro.commands.signals import Signals
-from macromicro.commands.streams import warned
+from macromicro.commands.streams import say, warned
 from macromicro.identify import options
 
 if TYPE_CHECKING:
     from macromicro.identify.picking import Picking
 
 app = typer.Typer(
+    name="identify",
     cls=Group,
     help=(
         "Identify a model from measured data. It reads recordings, "
@@ -32,59 +33,44 @@ app = typer.Typer(
 
 NEEDED = 20_000_000
 CUT_SHORT = "interrupted: the search had not ended; values are the best so far, errors are theirs"
+_BEFORE = ("files", "columns", "rate", "join")  # of the options of every kind, those before its own
 
 
 def _common(
-    files: Annotated[list[str], typer.Argument(metavar="FILE", help="One file or several.")],
-    columns: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=COLUMN", help="Meaning of a column, such as x=position_mm:mm."),
-    ] = None,
-    rate: Annotated[
-        str | None, typer.Option(metavar="HZ", help="Rows per second, where no column holds times.")
-    ] = None,
-    join: Annotated[
-        bool, typer.Option("--join", help="The files are one record, with a clock each.")
-    ] = False,
-    test: Annotated[
-        list[str] | None,
-        typer.Option(help="Validation data that is not fitted: one record or several."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")
-    ] = None,
-    overwrite: Overwrite = False,
-    as_json: Json = False,
+    files: list[str],
+    columns: list[str] | None = None,
+    rate: str | None = None,
+    join: bool = False,
+    machine: Path | None = None,
+    test: list[str] | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    as_json: bool = False,
 ) -> None:
-    """The options of every kind; only kinds with times have a rate, some join files."""
+    """The options of every kind, except that only some have `rate`, `join` and `machine`."""
 
 
-def _kind(*, timed: bool = False, join: bool = False) -> Callable[[Callable[..., None]], None]:
-    """Add the command of a kind of model.
+def _kind(*some: str) -> Callable[[Callable[..., None]], None]:
+    """Add the command of a kind of model, with `some` of the options that not all kinds have.
 
-    The decorated function says beforehand what takes long, and declares options of the command
-    alone. Those of every kind, and those of the kind itself, stand around them.
+    The decorated function says beforehand what takes long, from options of the kind that it names.
+    The options of the kind stand between those of every kind.
     """
 
     def add(declared: Callable[..., None]) -> None:
         name = declared.__name__
-        shared = dict(inspect.signature(_common, eval_str=True).parameters)
-        own = _options(name)
-        more = inspect.signature(declared, eval_str=True).parameters
-        if not timed:
-            del shared["rate"]
-        if not join:
-            del shared["join"]
-        last = [shared.pop(each) for each in ("test", "out", "overwrite", "as_json")]
-        of_kind = {**own, **{each: par for each, par in more.items() if each not in own}}
+        own, told = _options(name), inspect.signature(declared).parameters
+        others = {"rate", "join", "machine"} - set(some)
+        shared = [par for par in worded(_common, "identify").values() if par.name not in others]
+        before = [par for par in shared if par.name in _BEFORE]
 
         def command(**given: Any) -> None:
-            options = {each: given.pop(each) for each in of_kind}
-            declared(**{each: options[each] for each in more})
+            options = {each: given.pop(each) for each in own}
+            declared(**{each: options[each] for each in told})
             _identify(name, options, given)
 
         command.__doc__ = declared.__doc__
-        every = [*shared.values(), *of_kind.values(), *last]
+        every = [*before, *own.values(), *shared[len(before) :]]
         command.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
         app.command(name)(command)
 
@@ -114,23 +100,12 @@ def _options(kind: str) -> dict[str, inspect.Parameter]:
     return found
 
 
-@_kind(timed=True, join=True)
-def drive(
-    machine: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help=(
-                "Machine file of a data sheet: model.toml takes its limits and "
-                "adds the identified values."
-            ),
-        ),
-    ] = None,
-) -> None:
+@_kind("rate", "join", "machine")
+def drive() -> None:
     """Mass and friction of an axis (columns t, u, x, or v: a speed)."""
 
 
-@_kind(timed=True)
+@_kind("rate")
 def carriage() -> None:
     """Model for the law `terminal` (columns t, u, x; y, a laser).
 
@@ -139,7 +114,7 @@ def carriage() -> None:
     print("identifying the carriage: about a minute", file=sys.stderr)
 
 
-@_kind(timed=True)
+@_kind("rate")
 def actuator(table: Path | None = None) -> None:
     """An actuator from heatings (columns t, u, x; y, c).
 
@@ -149,14 +124,14 @@ def actuator(table: Path | None = None) -> None:
     print(f"identifying the actuator: about {about}", file=sys.stderr)
 
 
-@_kind(timed=True, join=True)
+@_kind("rate", "join")
 def linear() -> None:
     """A discrete linear model (columns t, u and y, or x).
 
     A position x is differentiated."""
 
 
-@_kind(timed=True)
+@_kind("rate")
 def deadzone() -> None:
     """Lowest voltages with steady motion (columns t, u, x).
 
@@ -181,7 +156,7 @@ def stress() -> None:
     """
 
 
-@_kind(timed=True)
+@_kind("rate")
 def thermal() -> None:
     """Gain and dynamics of heating (columns t, u, T or x).
 
@@ -205,18 +180,14 @@ def plays() -> None:
     """
 
 
-@app.command()
+@command(app)
 def calibration(
-    readings: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Readings (CSV).", show_default=False)
-    ],
-    machine: Annotated[
-        Path, typer.Option(metavar="FILE", help="Machine file.", show_default=False)
-    ],
-    period: Period = None,
-    out: Annotated[Path | None, folder_option(OUT)] = None,
-    overwrite: Overwrite = False,
-    as_json: Json = False,
+    readings: Path,
+    machine: Path,
+    period: list[str] | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    as_json: bool = False,
 ) -> None:
     """A stage's corrections (columns position, direction, error).
 
@@ -224,12 +195,7 @@ def calibration(
     may follow. It writes the calibration.toml that `calibrate` writes, without a verification.
     """
     calibrate(
-        machine,
-        readings=readings,
-        period=period,
-        out=out,
-        overwrite=overwrite,
-        as_json=as_json,
+        machine, readings=readings, period=period, out=out, overwrite=overwrite, as_json=as_json
     )
 
 
@@ -255,7 +221,6 @@ def _identify(kind: str, options: dict[str, Any], given: dict[str, Any]) -> None
     from macromicro.runs import folder
     from macromicro.runs.folder import held
 
-    machine = options.pop("machine", None)
     options["tests"] = tuple(given["test"] or ())
     columns = _timed(given["columns"], given.get("rate"))
     what = picking(given["files"], columns)._replace(join=given.get("join", False))
@@ -263,11 +228,11 @@ def _identify(kind: str, options: dict[str, Any], given: dict[str, Any]) -> None
     if out is None:
         if overwrite:
             raise ProblemError("--overwrite", "only with --out")
-        _work(kind, options, what, None, as_json, machine)
+        _work(kind, options, what, None, as_json, given.get("machine"))
         return
     folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
     with held(out, overwrite=overwrite, names=NAMES):
-        _work(kind, options, what, out, as_json, machine)
+        _work(kind, options, what, out, as_json, given.get("machine"))
 
 
 def _work(
@@ -307,7 +272,7 @@ def _work(
         if out is not None:
             print(f"results: {out}")
     if signals.received:
-        print(f"macromicro: {CUT_SHORT}", file=sys.stderr)
+        say(CUT_SHORT)
         raise typer.Exit(signals.status)
     if not found.holds:
         raise typer.Exit(1)

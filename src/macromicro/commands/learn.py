@@ -5,22 +5,10 @@ from __future__ import annotations
 import math
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from macromicro.commands.group import tell, whole
-from macromicro.commands.options import (
-    PNG,
-    Config,
-    Figures,
-    Law,
-    Overwrite,
-    Rig,
-    Seed,
-    Yes,
-    folder_option,
-)
+from macromicro.commands.group import tell
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
 from macromicro.schema.text import write_text
 
@@ -34,26 +22,17 @@ _SLOWEST = 0.1  # s
 
 
 def learn(  # noqa: PLR0913, PLR0917 - one for each option
-    programme: Annotated[
-        Path, typer.Argument(metavar="PROGRAMME.csv", help="Targets of the micro-stage over time.")
-    ],
-    repeats: Annotated[int, typer.Option(parser=whole, metavar="N", help="Number of runs.")] = 10,
-    out: Annotated[Path | None, folder_option("results/learn")] = None,
-    config: Config = None,
-    seed: Seed = 0,
-    rig: Rig = "twin",
-    law: Law = None,
-    lag: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Lag of the Hall sensor.",
-            show_default="as identified with the law inverse, else 0",
-        ),
-    ] = None,
-    yes: Yes = False,
-    figures: Figures = PNG,
-    overwrite: Overwrite = False,
+    programme: Path,
+    repeats: int = 10,
+    out: Path | None = None,
+    config: Path | None = None,
+    seed: int = 0,
+    rig: str = "twin",
+    law: str | None = None,
+    lag: str | None = None,
+    yes: bool = False,
+    figures: str = PNG,
+    overwrite: bool = False,
 ) -> None:
     """Repeat a trajectory and correct it after each run.
 

@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
-from macromicro.commands.options import Config, Json
+from pathlib import Path
 
 DISTANCES = ("200 mm", "100 mm", "40 mm", "10 mm", "1 mm")
 PLACES = ("1 mm", "2 mm", "3 mm", "2 mm", "1 mm")
 
 
 def limits(
-    distances: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="DISTANCE ...",
-            help=(
-                "Distances of the carriage; with --micro successive positions of the micro-stage."
-            ),
-            show_default="200 mm ...",
-        ),
-    ] = None,
-    config: Config = None,
-    micro: Annotated[
-        bool, typer.Option("--micro", help="Limits of the micro-stage, from cold and extended.")
-    ] = False,
-    as_json: Json = False,
+    distances: list[str] | None = None,
+    config: Path | None = None,
+    micro: bool = False,
+    as_json: bool = False,
 ) -> None:
     """Print the quickest moves that a bench allows.
 

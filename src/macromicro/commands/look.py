@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from macromicro.commands.options import Json
 from macromicro.commands.streams import warned
 
 if TYPE_CHECKING:
     from macromicro.identify.look import Look
 
 
-def look(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE",
-            help="A recording, or a text, MAT, HDF5, npz, Parquet, JSON or MicroMag file.",
-        ),
-    ],
-    as_json: Json = False,
-) -> None:
+def look(file: Path, as_json: bool = False) -> None:
     """Print what a data file holds: columns, units, rate, gaps.
 
     The last line is the command to use next (docs/identify.md).

@@ -1,100 +1,64 @@
-"""Options that several commands share: one wording and one meaning each."""
+"""Options of the commands: type and default are the function's, the words are `options.toml`'s."""
 
 from __future__ import annotations
 
+import inspect
+import tomllib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
-from typer import Option
+import typer
 
 from macromicro.commands.group import whole
 
 PNG = "png"
+WORDS: dict[str, dict[str, Any]] = tomllib.loads(
+    Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+)
 
 
-def folder_option(default: object, what: str = "the results") -> Any:
-    """The option ``--out`` of a command that writes a folder."""
-    return Option("--out", help=f"Folder for {what}.", show_default=str(default))
+def _examples() -> list[tuple[str, str]]:
+    from macromicro import programme
+
+    return [(name, "example programme") for name in programme.shipped()]
 
 
-Figures = Annotated[
-    str,
-    Option(
-        "--figures",
-        metavar="FORMATS",
-        help="Formats of the figures: png, svg, pdf, several, such as svg,pdf, or none.",
-    ),
-]
-Json = Annotated[bool, Option("--json", help="Print only the results, as JSON.")]
-Fan = Annotated[bool, Option("--fan", help="Cool the actuator with a fan.")]
-Workers = Annotated[
-    int | None,
-    Option(
-        "--workers",
-        parser=whole,
-        metavar="N",
-        help="Number of threads or processes.",
-        show_default="one for each core",
-    ),
-]
-Overwrite = Annotated[bool, Option("--overwrite", help="Replace earlier results.")]
-Seed = Annotated[
-    int, Option("--seed", parser=whole, metavar="N", help="Seed of noise, draws and searches.")
-]
-Config = Annotated[
-    Path | None,
-    Option(
-        "--config",
-        metavar="FILE",
-        help="Settings file (.toml), which names the machine.",
-        show_default="the two-stage machine with its defaults",
-    ),
-]
-Rig = Annotated[
-    str,
-    Option(
-        "--rig",
-        metavar="NAME",
-        help="twin (simulated), board (docs/board.md), MODULE:FACTORY of your own rig "
-        "(docs/rigs.md), FILE.toml of a card (docs/rigs.md), or for run replay:FILE; for two axes "
-        "one each, joined by +.",
-    ),
-]
-Yes = Annotated[bool, Option("--yes", help="Move a rig without asking first.")]
-Law = Annotated[
-    str | None,
-    Option(
-        "--law",
-        metavar="NAME",
-        help="Control law, of the two-stage machine's stages both with a comma between; or "
-        "MODULE:LAW of your own (docs/laws.md).",
-        show_default="that of the settings",
-    ),
-]
-Port = Annotated[
-    str | None,
-    Option(
-        "--port",
-        metavar="DEVICE",
-        help="Serial port of --rig board (docs/board.md).",
-        show_default=False,
-    ),
-]
-Loop = Annotated[
-    str | None,
-    Option(
-        "--loop",
-        metavar="WHO",
-        help="Where the loop of --rig board is closed: board or host.",
-        show_default="board; host for a machine of one stage, whose law runs there",
-    ),
-]
-Calibration = Annotated[
-    Path | None,
-    Option(
-        "--calibration",
-        metavar="FILE",
-        help="Hall sensor's table for --rig board, written by identify hall.",
-        show_default=False,
-    ),
-]
+# What a shell offers as values, by the word in the table.
+COMPLETIONS = {"programmes": _examples}
+Function = TypeVar("Function", bound=Callable[..., None])
+
+
+def command(app: typer.Typer, name: str | None = None) -> Callable[[Function], Function]:
+    """Add a function as a command, by its own name or another."""
+
+    def add(function: Function) -> Function:
+        parameters = worded(function, str(app.info.name), function.__name__.strip("_")).values()
+        function.__signature__ = inspect.Signature([*parameters])  # type: ignore[attr-defined]
+        app.command(name)(function)
+        return function
+
+    return add
+
+
+def worded(function: Callable[..., None], *tables: str) -> dict[str, inspect.Parameter]:
+    """The parameters of a function as options and arguments, with the words of these tables."""
+    words = {name: each for t in ("shared", *tables) for name, each in WORDS.get(t, {}).items()}
+    parameters = inspect.signature(function, eval_str=True).parameters
+    return {name: _worded(par, words[name]) for name, par in parameters.items()}
+
+
+def _worded(par: inspect.Parameter, words: dict[str, Any]) -> inspect.Parameter:
+    """A parameter as an option, or as an argument."""
+    shown = {"help": words["help"], "metavar": words.get("metavar")}
+    shown["show_default"] = words.get("default", True)
+    if par.annotation in (int, int | None):
+        shown["parser"] = whole
+    if "complete" in words:
+        shown["autocompletion"] = COMPLETIONS[words["complete"]]
+    if words.get("argument"):
+        info = typer.Argument(**shown)
+    else:
+        name = words.get("name", f"--{par.name.replace('_', '-')}")
+        info = typer.Option(name, min=words.get("min"), max=words.get("max"), **shown)
+    return par.replace(annotation=Annotated[par.annotation, info])

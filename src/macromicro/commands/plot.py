@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from macromicro.commands.options import PNG, Overwrite
+from macromicro.commands.options import PNG
 
 if TYPE_CHECKING:
     from macromicro.recording import Recording
@@ -17,33 +15,12 @@ HTML = "html"
 
 
 def plot(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE", help="A recording, the folder of a run, or measured data (see look)."
-        ),
-    ],
-    columns: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="COLUMNS",
-            help="Names of columns; by default references, positions, laser and efforts.",
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="File to write: .html, .png, .svg or .pdf; may be repeated.",
-            show_default="results/plot/<name>.html and .png",
-        ),
-    ] = None,
-    start: Annotated[
-        str | None, typer.Option("--from", metavar="TIME", help='First instant, such as "12.5 s".')
-    ] = None,
-    end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last instant.")] = None,
-    overwrite: Overwrite = False,
+    file: Path,
+    columns: list[str] | None = None,
+    out: list[Path] | None = None,
+    start: str | None = None,
+    end: str | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Plot a recording over time: a picture and a zoomable page.
 

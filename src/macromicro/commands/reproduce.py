@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from macromicro import portable
-from macromicro.commands.options import PNG, Figures, Json, Overwrite, Seed, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.thesis.procedure import Lab, Procedure
@@ -25,38 +25,16 @@ FOLDER_BYTES = 60_000_000
 
 
 def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    names: Annotated[
-        list[str] | None, typer.Argument(help="More names for --only.", show_default=False)
-    ] = None,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="A claim (M1), a figure or table ('Figure 4.8'), a section (4.2, 'Appendix D') or "
-            "a procedure that --list names. Default: everything.",
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[Path | None, folder_option(OUT, "page, figures and tables")] = None,
-    as_json: Json = False,
-    jobs: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number of processes.", show_default="one for each core"),
-    ] = None,
-    rig: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help=("twin (simulated), MODULE:FACTORY of your own rigs, or FILE.toml of a card."),
-            show_default="twin",
-        ),
-    ] = None,
-    seed: Seed = 0,
-    figures: Figures = PNG,
-    overwrite: Overwrite = False,
-    listed: Annotated[
-        bool, typer.Option("--list", help="List procedures, claims and figures.")
-    ] = False,
+    names: list[str] | None = None,
+    only: list[str] | None = None,
+    out: Path | None = None,
+    as_json: bool = False,
+    jobs: int | None = None,
+    rig: list[str] | None = None,
+    seed: int = 0,
+    figures: str = PNG,
+    overwrite: bool = False,
+    listed: bool = False,
 ) -> None:
     """Measure every claim of the thesis and draw its figures.
 
@@ -129,10 +107,10 @@ def _reproduce(
         print(f"page: {page}")
     failures = [r for r in results if r.failure]
     for result in failures:
-        print(f"macromicro: {result.name}: {result.failure}", file=sys.stderr)
+        say(f"{result.name}: {result.failure}")
     noted = [(r.name, note) for r in results for note in r.notes]
     for name, note in noted:
-        print(f"macromicro: {name}: {note}", file=sys.stderr)
+        say(f"{name}: {note}")
     if signals.received or failures or noted:
         raise typer.Exit(signals.status or 1)
 

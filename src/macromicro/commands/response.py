@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from macromicro.commands.group import whole
-from macromicro.commands.options import PNG, Config, Figures, Json, Overwrite, Seed, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
 
 
 def response(
-    config: Config = None,
-    low: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="Lowest frequency.", show_default="0.005 / period"),
-    ] = None,
-    high: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="Highest frequency.", show_default="0.3 / period"),
-    ] = None,
-    count: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Largest number of frequencies.")
-    ] = 60,
-    seed: Seed = 0,
-    out: Annotated[Path | None, folder_option("results/response-<config>")] = None,
-    overwrite: Overwrite = False,
-    figures: Figures = PNG,
-    as_json: Json = False,
+    config: Path | None = None,
+    low: float | None = None,
+    high: float | None = None,
+    count: int = 60,
+    seed: int = 0,
+    out: Path | None = None,
+    overwrite: bool = False,
+    figures: str = PNG,
+    as_json: bool = False,
 ) -> None:
     """Measure the Bode plot of a machine under its law.
 

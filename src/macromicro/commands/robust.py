@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from macromicro.commands.group import announce_compiling, tell, whole
-from macromicro.commands.options import (
-    PNG,
-    Config,
-    Fan,
-    Figures,
-    Json,
-    Law,
-    Overwrite,
-    Seed,
-    Workers,
-    folder_option,
-)
+from macromicro.commands.group import announce_compiling, tell
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.robustness.request import Ready
@@ -33,44 +22,19 @@ SAMPLES = 200
 
 
 def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    samples: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Number of machines.")
-    ] = SAMPLES,
-    seed: Seed = 0,
-    config: Config = None,
-    programme: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="A programme file, or the name of an example.",
-            show_default="thesis",
-        ),
-    ] = None,
-    requirements: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="TOML file of limits, such as macro_settling = '0.8 s'.",
-            show_default=False,
-        ),
-    ] = None,
-    law: Law = None,
-    fan: Fan = False,
-    variants: Annotated[
-        bool,
-        typer.Option(
-            "--variants",
-            help=(
-                "Also vary effects that no model has (docs/validation/beyond.md), such as creep "
-                "and draught."
-            ),
-        ),
-    ] = False,
-    workers: Workers = None,
-    out: Annotated[Path | None, folder_option("results/robust-<programme>")] = None,
-    overwrite: Overwrite = False,
-    figures: Figures = PNG,
-    as_json: Json = False,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    config: Path | None = None,
+    programme: str | None = None,
+    requirements: Path | None = None,
+    law: str | None = None,
+    fan: bool = False,
+    variants: bool = False,
+    workers: int | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    figures: str = PNG,
+    as_json: bool = False,
 ) -> None:
     """Try machines with other friction, load, noise and more.
 
@@ -88,7 +52,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     found = ready(config, programme, law, workers, fan=fan, variants=variants)
     tell(found.setup.settings)
     for each in doubts.found(found.setup.settings):
-        print(f"macromicro: warning: {each.text}", file=sys.stderr)
+        say(f"warning: {each.text}")
     request = found.request(samples, seed, requirements)
     place = folder.chosen(out, Path("results") / f"robust-{found.place}", overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
@@ -139,8 +103,7 @@ def _robust(
 
 
 def _interrupted(done: int, asked: int, out: Path) -> None:
-    print(
-        f"macromicro: interrupted after {done} of {asked} machines; "
-        f"the results so far are in {out}, marked incomplete",
-        file=sys.stderr,
+    say(
+        f"interrupted after {done} of {asked} machines; "
+        f"the results so far are in {out}, marked incomplete"
     )

@@ -8,12 +8,11 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
-from macromicro.commands.group import tell
-from macromicro.commands.options import Calibration, Config, Law, Loop, Port, Rig, Seed
+from macromicro.commands.group import check_ports, tell
 from macromicro.commands.signals import Signals
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
@@ -39,64 +38,22 @@ class _Doors(NamedTuple):
 
 
 def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    rig: Rig = "twin",
-    port: Port = None,
-    loop: Loop = None,
-    calibration: Calibration = None,
-    config: Config = None,
-    law: Law = None,
-    host: Annotated[
-        str, typer.Option(help="Address or name to listen on; 0.0.0.0 or :: for all.")
-    ] = HOST,
-    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI port; -1 for none.")] = SCPI_PORT,
-    web: Annotated[
-        int, typer.Option(metavar="PORT", help="Port of the page; -1 for none.")
-    ] = WEB_PORT,
-    gcs: Annotated[int, typer.Option(metavar="PORT", help="GCS 2.0 port; -1 for none.")] = -1,
-    name: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "Host name of the page in browsers, besides localhost and "
-                "addresses; may be repeated."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    epics: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PREFIX",
-            help=("Serve EPICS motor records and channels with this prefix, on 127.0.0.1."),
-            show_default=False,
-        ),
-    ] = None,
-    record: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Record from the start into this folder.",
-            show_default=f"when a client asks, into {FOLDER}",
-        ),
-    ] = None,
-    state: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="File that keeps position and trust between runs.",
-            show_default="one for each rig, in your state folder",
-        ),
-    ] = None,
-    log: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help=("Log commands with their clients, faults and stops in this rotating file."),
-            show_default=False,
-        ),
-    ] = None,
-    seed: Seed = 0,
+    rig: str = "twin",
+    port: str | None = None,
+    loop: str | None = None,
+    calibration: Path | None = None,
+    config: Path | None = None,
+    law: str | None = None,
+    host: str = HOST,
+    scpi: int = SCPI_PORT,
+    web: int = WEB_PORT,
+    gcs: int = -1,
+    name: list[str] | None = None,
+    epics: str | None = None,
+    record: Path | None = None,
+    state: Path | None = None,
+    log: Path | None = None,
+    seed: int = 0,
 ) -> None:
     """Run the control loop in real time and serve it.
 
@@ -156,7 +113,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
 
 def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | None) -> None:
-    from macromicro.errors import InputError, ProblemError
+    from macromicro.errors import ProblemError
     from macromicro.rig.opening import TWIN, named
     from macromicro.schema import keys
 
@@ -164,10 +121,7 @@ def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | N
         if rig != TWIN:
             named(rig)
     keys.seed(seed, "--seed")
-    for option, port in ports.items():
-        if not -1 <= port <= 65535:
-            accepted = "a port from 1 to 65535, 0 for any free one, -1 for none"
-            raise InputError(option, port, accepted)
+    check_ports(ports)
     if epics is not None:
         from macromicro.serve.epics.server import checked
 

@@ -50,6 +50,11 @@ def _patient(stream: Any) -> Any:
     )
 
 
+def say(text: str) -> None:
+    """A message of the program itself on standard error."""
+    print(f"macromicro: {text}", file=sys.stderr)
+
+
 @contextmanager
 def warned() -> Iterator[list[str]]:
     """Print each of our warnings of what runs within, once; the list has them at its end."""
@@ -65,4 +70,4 @@ def warned() -> Iterator[list[str]]:
                 said += dict.fromkeys(texts)
     finally:
         for text in said:
-            print(f"macromicro: {text}", file=sys.stderr)
+            say(text)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from macromicro.commands.group import tell
-from macromicro.commands.options import PNG, Figures, Law, Overwrite, Workers, folder_option
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.sweeps.results import Summary
@@ -20,39 +20,16 @@ if TYPE_CHECKING:
 
 
 def sweep(  # noqa: PLR0913, PLR0917 - one for each option
-    spec: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="SPEC.toml",
-            help=(
-                "Sweep file (docs/tuning.md); with --list the name of a job; "
-                "with --show a folder of results."
-            ),
-            show_default=False,
-        ),
-    ] = None,
-    workers: Workers = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help=("Compute on the cluster of this dask scheduler, such as tcp://HOST:8786."),
-            show_default=False,
-        ),
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Continue an interrupted sweep.")
-    ] = False,
-    out: Annotated[Path | None, folder_option("results/<spec>")] = None,
-    overwrite: Overwrite = False,
-    law: Law = None,
-    figures: Figures = PNG,
-    show: Annotated[
-        bool, typer.Option("--show", help="Redraw the figure of a finished sweep.")
-    ] = False,
-    listed: Annotated[
-        bool, typer.Option("--list", help="List the jobs, or a job's parameters and metrics.")
-    ] = False,
+    spec: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    out: Path | None = None,
+    overwrite: bool = False,
+    law: str | None = None,
+    figures: str = PNG,
+    show: bool = False,
+    listed: bool = False,
 ) -> None:
     """Compute a job for every variant of a grid or a sample.
 
@@ -81,7 +58,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
         try:
             _sweep(request, signals, kinds)
         except KeyboardInterrupt:  # a second signal
-            print("macromicro: interrupted", file=sys.stderr)
+            say("interrupted")
             raise typer.Exit(signals.status) from None
 
 
@@ -105,9 +82,9 @@ def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) ->
     _draw(ready.out, kinds)
     if summary.constant:
         paths = ", ".join(axis.path for axis in ready.spec.axes)
-        print(f"macromicro: no metric varies; does {ready.spec.job} use {paths}?", file=sys.stderr)
+        say(f"no metric varies; does {ready.spec.job} use {paths}?")
     if summary.infeasible == summary.rows:
-        print("macromicro: every variant is infeasible", file=sys.stderr)
+        say("every variant is infeasible")
         raise typer.Exit(signals.status or 1)
 
 
@@ -127,10 +104,9 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
     if request.law is not None:
         words += ["--law", request.law]
     count = ready.spec.variants
-    print(
-        f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "
-        f"to continue: {shlex.join(words)}",
-        file=sys.stderr,
+    say(
+        f"interrupted; {outcome.done} of {count} variants are finished and kept; "
+        f"to continue: {shlex.join(words)}"
     )
 
 

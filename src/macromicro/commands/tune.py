@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from macromicro.commands.group import tell, whole
-from macromicro.commands.options import (
-    PNG,
-    Config,
-    Figures,
-    Json,
-    Law,
-    Overwrite,
-    Seed,
-    folder_option,
-)
+from macromicro.commands.group import tell
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.tuning.request import Ready
@@ -28,50 +19,20 @@ ENDING = "stopping after this generation with the best so far (again: stop at on
 
 
 def tune(  # noqa: PLR0913, PLR0917 - one for each option
-    stage: Annotated[
-        str | None,
-        typer.Argument(
-            help="macro or micro, of the two-stage machine; others need none.", show_default=False
-        ),
-    ] = None,
-    objective: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="settling, iae or effort; for other machines settling, error or rest.",
-        ),
-    ] = "settling",
-    law: Law = None,
-    evaluations: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Largest number of designs to try.")
-    ] = 300,
-    seed: Seed = 0,
-    robust: Annotated[
-        bool, typer.Option("--robust", help="Search on varied machines and judge on fresh ones.")
-    ] = False,
-    benches: Annotated[
-        int | None,
-        typer.Option(parser=whole, metavar="N", help="Machines to search on.", show_default="16"),
-    ] = None,
-    held_out: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole, metavar="N", help="Fresh machines to judge on.", show_default="200"
-        ),
-    ] = None,
-    penalty: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=WEIGHT",
-            help="Weight of a penalty; 0 for none; may be repeated.",
-            show_default="as the output lists them",
-        ),
-    ] = None,
-    config: Config = None,
-    out: Annotated[Path | None, folder_option("results/tune-<stage or config>")] = None,
-    overwrite: Overwrite = False,
-    figures: Figures = PNG,
-    as_json: Json = False,
+    stage: str | None = None,
+    objective: str = "settling",
+    law: str | None = None,
+    evaluations: int = 300,
+    seed: int = 0,
+    robust: bool = False,
+    benches: int | None = None,
+    held_out: int | None = None,
+    penalty: list[str] | None = None,
+    config: Path | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    figures: str = PNG,
+    as_json: bool = False,
 ) -> None:
     """Find better gains for a control law and judge them.
 
@@ -135,7 +96,7 @@ def _tune(
         report = files.summarise(found)
         files.write(place, report, kinds)
     except KeyboardInterrupt:  # a second signal
-        print("macromicro: interrupted, nothing was written", file=sys.stderr)
+        say("interrupted, nothing was written")
         raise typer.Exit(signals.status) from None
     if as_json:
         print(files.as_json(report), end="")
@@ -145,8 +106,5 @@ def _tune(
         if found.better:
             print(f"try: macromicro run --config {place / files.SETTINGS}")
     if signals.received:
-        print(
-            f"macromicro: interrupted after {found.evaluations} designs; the best is kept",
-            file=sys.stderr,
-        )
+        say(f"interrupted after {found.evaluations} designs; the best is kept")
         raise typer.Exit(signals.status)

@@ -146,7 +146,6 @@ def write(
             TEMPLATE,
             name=place.name,
             started=started,
-            version=macromicro.__version__,
             met=found.verified.met,
             why=why(found),
             found=rows(found, place),

@@ -1,12 +1,17 @@
-"""Checks of a design sheet's arguments."""
+"""Checks of a design sheet's arguments, and the data of the thesis' sheets."""
 
 from __future__ import annotations
 
+import tomllib
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from macromicro.errors import InputError
 
+DATA: dict[str, Any] = tomllib.loads(
+    Path(__file__).with_name("sheets.toml").read_text(encoding="utf-8")
+)
 # Cubes and quotients of numbers within these neither overflow nor vanish.
 LEAST, MOST = 1e-15, 1e15
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from macromicro.design._checks import positive, sheet
+from macromicro.design._checks import DATA, positive, sheet
 from macromicro.errors import InputError, ProblemError
 
 
@@ -115,41 +115,15 @@ def _check(t: Technology) -> None:
             raise InputError(f"{t.name}, {word}", (low, high), f"best and worst, 0 {unit} or more")
 
 
-# Table 6.1
-MICRO_STAGE = {
-    "Hall effect sensor": 10.0,
-    "magnets": 5.0,
-    "flexure guide": 100.0,
-    "actuator with spring": 100.0,
-    "magnet mount": 20.0,
-    "linkage from actuator to flexure guide": 20.0,
-}
+def _technologies(table: str) -> tuple[Technology, ...]:
+    pairs = ("accuracy", "cost")
+    rows = [row | {name: tuple(row[name]) for name in pairs} for row in DATA[table]]
+    return tuple(Technology(**row) for row in rows)
 
-DC_MOTOR = "miniature DC motor, lead screw and nut"
-ULTRASONIC = "ultrasonic piezo drive"
-STACK = "piezo stack and flexure guide"
-INCHWORM = "piezo inchworm motor"
 
-# Table 2.1: costs with stage and sensor, without controller.
-# fmt: off
-TABLE_2_1 = (
-    Technology(DC_MOTOR, (100e-9, 1000e-9), (1500.0, 5000.0), "below 600 mm",
-               "0.1 um/s to 100 mm/s", "200 N"),
-    Technology(ULTRASONIC, (100e-9, 1000e-9), (3000.0, 3000.0), "unlimited", "below 130 mm/s",
-               "3 N"),
-    Technology(STACK, (0.0, 1e-9), (4000.0, 4000.0), "below 300 um", "at best 10 kHz",
-               "100 N pushing, 20 N pulling"),
-    Technology(INCHWORM, (20e-9, 20e-9), (8000.0, 8000.0), "below 25 mm",
-               "1 nm/s to 1.5 mm/s", "15 N"),
-)
-# Table 6.2 without its first row, the stage itself.
-TABLE_6_2 = (
-    Technology(DC_MOTOR, (0.1e-6, 1e-6), (1500.0, 1500.0)),
-    Technology(ULTRASONIC, (0.1e-6, 1e-6), (4000.0, 4000.0)),
-    Technology(STACK, (0.0, 1e-9), (4000.0, 4000.0)),
-    Technology(INCHWORM, (20e-9, 20e-9), (8000.0, 8000.0)),
-)
-# fmt: on
+MICRO_STAGE: dict[str, float] = DATA["parts"]  # Table 6.1
+TABLE_2_1 = _technologies("survey")
+TABLE_6_2 = _technologies("compared")
 
 
 def micro_stage(accuracy: float = 5e-6) -> Technology:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from macromicro.design._checks import positive, sheet
+from macromicro.design._checks import DATA, positive, sheet
 from macromicro.errors import InputError
 
 
@@ -143,13 +143,7 @@ def _against(sensor: Sensor, needs: Needs) -> list[str]:
     return missed
 
 
-# Table 3.2; its costs are marked as approximate.
-TABLE_3_2 = (
-    Sensor("SS495A", 670.0, (3.125e-3, 3.125e-3), 10.0),
-    Sensor("SS495A1", 670.0, (3.125e-3, 3.125e-3), 10.0),
-    Sensor("SS495A2", 670.0, (3.125e-3, 3.125e-3), 10.0),
-    Sensor("SS496A", 840.0, (2.5e-3, 2.5e-3), 10.0),
-    Sensor("SS94A1B", 500.0, (1.875e-3, 1.875e-3), 10.0),
-    Sensor("SS94B1", 670.0, (3.125e-3, 3.125e-3), 10.0),
-    Sensor("90215", None, (0.5e-3, 14e-3), 100.0),
+TABLE_3_2 = tuple(
+    Sensor(name, row.get("field"), tuple(row["sensitivity"]), row["cost"])
+    for name, row in DATA["sensors"].items()
 )

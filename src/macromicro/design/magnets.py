@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from macromicro.design._checks import positive, sheet
+from macromicro.design._checks import DATA, positive, sheet
 from macromicro.errors import InputError, ProblemError
 
 INCH = 0.0254  # m
@@ -143,22 +143,7 @@ def _check(magnet: Magnet) -> None:
         raise InputError(f"{where}, distance", magnet.distance, "distances that increase")
 
 
-def _sheet(name: str, *readings: tuple[float, float]) -> Magnet:
-    """A magnet from (inches, gauss)."""
-    return Magnet(name, tuple(INCH * d for d, _ in readings), tuple(f for _, f in readings))
-
-
-# Table 3.1, head-on operation.
-# fmt: off
-TABLE_3_1 = (
-    _sheet("103MG5", (0, 800), (0.02, 760), (0.04, 510), (0.06, 300), (0.08, 200), (0.1, 125),
-           (0.12, 100)),
-    _sheet("101MG2L1", (0, 800), (0.02, 725), (0.04, 550), (0.06, 420), (0.08, 320), (0.1, 260),
-           (0.12, 200)),
-    _sheet("101MG3", (0, 800), (0.1, 790), (0.2, 425), (0.3, 260)),
-    _sheet("107MG1", (0, 800), (0.1, 780), (0.2, 410)),
-    _sheet("103MG8", (0, 800), (0.1, 800), (0.2, 375), (0.3, 190)),
-    _sheet("101MG7", (0, 800), (0.04, 800), (0.1, 520), (0.2, 210), (0.3, 110)),
-    _sheet("103MG6", (0, 800), (0.1, 260)),
+TABLE_3_1 = tuple(
+    Magnet(name, tuple(INCH * d for d, _ in readings), tuple(f for _, f in readings))
+    for name, readings in DATA["magnets"].items()
 )
-# fmt: on

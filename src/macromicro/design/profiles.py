@@ -15,15 +15,7 @@ import numpy as np
 from macromicro.control.supervisor import DONE
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design import zero
-from macromicro.design.response import (
-    MACRO_BAND,
-    MICRO_BAND,
-    PITCH,
-    SMOOTH,
-    entry,
-    smoothed,
-    tail,
-)
+from macromicro.design.response import MACRO_BAND, MICRO_BAND, PITCH, SMOOTH, entry, smoothed, tail
 from macromicro.programme import MACRO, Programme, Span
 from macromicro.recording import Recording
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import macromicro
 from macromicro.drawing.files import DEFAULT, save
 
 if TYPE_CHECKING:
@@ -32,7 +33,11 @@ class Picture(NamedTuple):
 
     @property
     def uri(self) -> str:
-        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
+        return uri(self.png)
+
+
+def uri(png: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(png).decode()}"
 
 
 def saved(
@@ -49,7 +54,7 @@ def saved(
 def filled(template: Path, **values: Any) -> str:
     """A template with its values, all escaped; a missing name is an error.
 
-    `style`, the shared style sheet, is always defined.
+    `style`, the shared style sheet, and `version`, that of the package, are always defined.
     """
     from jinja2 import Environment, StrictUndefined
     from markupsafe import Markup
@@ -59,4 +64,5 @@ def filled(template: Path, **values: Any) -> str:
     )
     style = Markup(STYLE.read_text(encoding="utf-8"))  # our own file, not a person's text
     text = template.read_text(encoding="utf-8")
-    return environment.from_string(text).render(style=style, **values)
+    page = environment.from_string(text)
+    return page.render(style=style, version=macromicro.__version__, **values)

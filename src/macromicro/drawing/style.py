@@ -70,6 +70,21 @@ def line(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) ->
     ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
 
 
+def dots(
+    ax: Any, x: Any, y: Any, color: str, marker: str = "o", label: str = "", **options: Any
+) -> None:
+    """Draw points that no line joins."""
+    style = {"markersize": 5, "linestyle": "none", **options}
+    ax.plot(x, y, color=color, marker=marker, label=label, **style)
+
+
+def note(
+    ax: Any, text: str, at: tuple[Any, Any], offset: tuple[float, float], **options: Any
+) -> None:
+    """Write beside a point; the offset is in points of print."""
+    ax.annotate(text, at, offset, textcoords="offset points", **{"fontsize": 8, **options})
+
+
 def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: bool = False) -> None:
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.set_xlabel(x, fontsize=8.5)

@@ -1,4 +1,4 @@
-"""Comparison of recordings: their common columns, differences and moves."""
+"""Comparison of recordings: their common columns, differences and moves, and its files."""
 
 from __future__ import annotations
 
@@ -7,17 +7,27 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 import macromicro
 from macromicro import traces
 from macromicro.design.response import MoveResult
+from macromicro.drawing import files
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.recordings import recording
 from macromicro.recording import Recording
 from macromicro.recording_format import TIME
+from macromicro.report import zoomable
 from macromicro.report._partings import Parting, parting
+from macromicro.report.run import as_json
 from macromicro.runs import folder, judging
-from macromicro.schema.text import printable
+from macromicro.schema.text import printable, write_text
 
+JSON = "compare.json"
+OVERLAY = "overlay"
+PAGE = f"{OVERLAY}.html"
+BYTES = 20_000_000 + zoomable.BYTES
+FILES = (JSON, PAGE, *files.names((OVERLAY,)))
 QUANTITIES = ("settling_s", "final_error", "overshoot")
 _ACCEPTED = "a recording (.h5) or the folder of a run"
 
@@ -59,8 +69,8 @@ def load(places: Sequence[Path]) -> tuple[Side, ...]:
     if len(places) < 2:
         found = printable(places[0], 300) if places else "nothing"
         raise InputError("compare", found, f"two or more, each {_ACCEPTED}")
-    files = [folder.recording(place, _ACCEPTED) for place in places]
-    recordings = [recording(file) for file in files]
+    paths = [folder.recording(place, _ACCEPTED) for place in places]
+    recordings = [recording(path) for path in paths]
     first = recordings[0]
     for place, one in zip(places, recordings, strict=True):
         where = printable(place, 300)
@@ -72,7 +82,7 @@ def load(places: Sequence[Path]) -> tuple[Side, ...]:
         raise ProblemError("compare", "the recordings share no columns", accepted)
     names = _names(places)
     moves = [judging.moves(r) if judging.has_moves(r) else [] for r in recordings]
-    return tuple(map(Side, names, files, recordings, moves))
+    return tuple(map(Side, names, paths, recordings, moves))
 
 
 def _names(places: Sequence[Path]) -> list[str]:
@@ -162,3 +172,26 @@ def _told(move: Move) -> dict[str, Any]:
             move.difference(quantity, k) for k in range(1, len(move.results))
         ]
     return told
+
+
+def write(out: Path, found: Comparison, kinds: Sequence[str] = files.DEFAULT) -> None:
+    """Write everything, all of it or nothing; an earlier comparison there is replaced.
+
+    The figure shows the main columns, the page also all others that vary.
+    """
+    recordings = [side.recording for side in found.sides]
+    labels = [side.name for side in found.sides]
+    main = traces.chosen(recordings)
+    rest = [name for name in found.columns if name not in main and _varies(found, name)]
+    with folder.staged(out, remove=FILES) as place:
+        write_text(place / JSON, as_json(content(found)))
+        write_text(place / PAGE, zoomable.page(recordings, [*main, *rest], labels))
+        if kinds:
+            figure = traces.overlay(*recordings, columns=main, labels=labels)
+            files.save(figure, place, OVERLAY, kinds)
+
+
+def _varies(found: Comparison, name: str) -> bool:
+    """Whether a column varies in one of the recordings, or differs between them."""
+    values = [side.recording[name] for side in found.sides]
+    return any(bool(np.any(each != values[0][0])) for each in values)

@@ -80,11 +80,7 @@ def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
     ticks = f"{factor:,.0f}".replace(",", " ")
     finish(ax, f"Distance from the path, {ticks} times as large", "x [mm]", "y [mm]", legend=True)
     return CAPTIONS["path"].page(
-        "path",
-        figure,
-        ticks=ticks,
-        tolerance=1e6 * tolerance,
-        magnified=1e3 * factor * tolerance,
+        "path", figure, ticks=ticks, tolerance=1e6 * tolerance, magnified=1e3 * factor * tolerance
     )
 
 

@@ -116,7 +116,6 @@ def write(
             report.TEMPLATE,
             name=" and ".join(place.name for place in places),
             started=started,
-            version=macromicro.__version__,
             met=found.met,
             why=why(found),
             found=rows(found, places),

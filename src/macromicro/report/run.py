@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,21 +22,10 @@ CAPTIONS = captions(Path(__file__).with_name("figures.toml"))
 
 MOVE = ("#", "stage", "target", "arrival")  # columns of every table of moves
 PEAK, REST, TRUE, OVERSHOOT = "peak error", "error at rest", "true error", "overshoot"
-_MEANINGS = {  # of columns, by the start of their headings
-    "arrival": "Arrival runs from the move's start until the readings of its stages stay within "
-    "their tolerance or band.",
-    PEAK: "Peak and rms errors are distances of the reading from the set point during the profile, "
-    "true peaks those of the load's true position.",
-    "contour": "The contour error is the distance of the encoders' position from the path during "
-    "the profile; the true contour is the largest one of the true position, which includes the "
-    "squareness of the axes.",
-    REST: "The error at rest is the target minus the mean reading over the last 0.1 s of the hold, "
-    "0.5 s on the two-stage machine.",
-    "Hall": "Arrival and error at rest of a micro move are by the laser, the arrival without a "
-    "laser by the Hall sensor. Integral action makes the Hall error zero by construction.",
-    TRUE: "The true error is that of the true position at the end of the hold, which only a "
-    "simulation knows and no controller reads.",
-}
+# Of columns, by the start of their headings.
+_MEANINGS: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("columns.toml").read_text(encoding="utf-8")
+)
 
 
 class Line(NamedTuple):

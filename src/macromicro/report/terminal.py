@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from macromicro.drawing.console import progress_bar, terminal
+from macromicro.drawing.console import add_row, progress_bar, table, terminal
 from macromicro.report import _comparison_words
 from macromicro.report.comparison import Comparison
 from macromicro.report.run import RunReport
@@ -52,20 +52,15 @@ def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Re
 
 def show(report: RunReport, out: Path) -> None:
     """The table of a run, its verdict and remarks."""
-    from rich.table import Table
     from rich.text import Text
 
     console = terminal()
     narrow = console.width < _NARROW
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for heading in report.headings:
-        shown = Text(_BROKEN.get(heading, heading) if narrow else heading)
-        table.add_column(shown, justify="right", overflow="fold", vertical="bottom")
+    shown = table(_BROKEN.get(each, each) if narrow else each for each in report.headings)
     for line in report.table:
-        cells = [Text(cell) for cell in line.cells]
-        table.add_row(*cells, style="" if line.arrived else "bold red")
+        add_row(shown, line.cells, "" if line.arrived else "bold red")
     if report.table:
-        console.print(table)
+        console.print(shown)
         console.print()
     console.print(Text(f"{report.verdict}; open {out / folder.PAGE}"), soft_wrap=True)
     for name, text in report.remarks:
@@ -90,13 +85,8 @@ def show_comparison(found: Comparison) -> None:
 
 
 def _table(console: Console, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for heading in headings:
-        table.add_column(Text(heading), justify="right", overflow="fold", vertical="bottom")
+    shown = table(headings)
     for cells in lines:
-        table.add_row(*map(Text, cells))
-    console.print(table)
+        add_row(shown, cells)
+    console.print(shown)
     console.print()

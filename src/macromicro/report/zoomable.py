@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-import macromicro
 from macromicro import exported, traces
 from macromicro.arrays import Array
 from macromicro.drawing.page import filled
@@ -55,7 +54,6 @@ def page(
     return filled(
         TEMPLATE,
         title=", ".join(words),
-        version=macromicro.__version__,
         data=data,
         script=SCRIPT.read_text(encoding="utf-8"),
         every=every,

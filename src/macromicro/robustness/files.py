@@ -12,11 +12,10 @@ from typing import Any
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import saved
+from macromicro.drawing.page import Picture, filled, saved
 from macromicro.robustness import _figures, words
 from macromicro.robustness._findings import Worst, influences, overall, worst, yields
-from macromicro.robustness._page import page
-from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
+from macromicro.robustness.statistics import CONFIDENCE, LEVELS, rank_correlation, spread
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 from macromicro.runs import folder
@@ -25,6 +24,7 @@ from macromicro.schema.text import plain, write_text
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
 FILES = (PAGE, JSON, SAMPLES, *drawings.names(_figures.FIGURES))
 BYTES = 4_000_000
+TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"
 
 
 def write(out: Path, study: Study, about: About, kinds: Sequence[str] = drawings.DEFAULT) -> None:
@@ -155,3 +155,67 @@ def _spread(study: Study, metric: str) -> dict[str, Any]:
     found = spread(study.column(metric))
     levels = dict(zip((f"{level:g}" for level in LEVELS), found.quantiles, strict=True))
     return {**found._asdict(), "quantiles": levels}
+
+
+def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> str:
+    whole = overall(study)
+    return filled(
+        TEMPLATE,
+        about=about,
+        request=study.request,
+        machine=study.subject.name,
+        done=len(study.rows),
+        whole=whole,
+        share=words.percent(whole.share),
+        interval=words.interval(whole),
+        remarks=words.remarks(study),
+        yield_headings=words.YIELD_HEADINGS,
+        yields=words.yield_rows(study, whole),
+        influences=[
+            (study.metric(name).meaning, words.influence(study, name))
+            for name in study.subject.main
+        ],
+        spread_headings=words.SPREAD_HEADINGS,
+        spreads=words.spread_rows(study),
+        correlation_headings=study.subject.main,
+        correlations=_correlations(study),
+        worst=_worst(study, about, out),
+        parameters=_parameters(study),
+        pictures=pictures,
+        out=out,
+    )
+
+
+def _correlations(study: Study) -> list[tuple[str, ...]]:
+    lines = []
+    for k, each in enumerate(study.subject.uncertain):
+        x = study.sample.amounts[: len(study.rows), k]
+        found = (rank_correlation(x, study.column(m)) for m in study.subject.main)
+        lines.append((each.name, *(words.rank(r, len(study.subject.uncertain)) for r in found)))
+    return lines
+
+
+def _worst(study: Study, about: About, out: str) -> list[tuple[str, str, str, str]]:
+    """Metric, value, limit and the command that repeats the case."""
+    return [
+        (
+            w.requirement.metric.meaning,
+            words.worst_value(study, w),
+            w.requirement.text,
+            words.replay(study, w, about, out),
+        )
+        for w in worst(study)
+    ]
+
+
+def _parameters(study: Study) -> list[tuple[str, str, str, str, str]]:
+    return [
+        (
+            u.name,
+            f"{words.amount(u, u.low)} to {words.amount(u, u.high)}",
+            u.meaning,
+            ", ".join(path for path, _ in u.parts),
+            u.source,
+        )
+        for u in study.subject.uncertain
+    ]

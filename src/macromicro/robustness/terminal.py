@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.drawing.console import terminal
+from macromicro.drawing.console import add_row, table, terminal
 from macromicro.robustness import words
 from macromicro.robustness._findings import overall, worst
 from macromicro.robustness.study import Study
@@ -10,7 +10,6 @@ from macromicro.robustness.words import About
 
 
 def show(study: Study, about: About, out: str) -> None:
-    from rich.table import Table
     from rich.text import Text
 
     console = terminal()
@@ -21,12 +20,10 @@ def show(study: Study, about: About, out: str) -> None:
     for remark in words.remarks(study):
         say(remark, "bold red")
     say(f"{about.title}: {len(study.rows)} machines, seed {study.request.seed}")
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for k, heading in enumerate(words.YIELD_HEADINGS):
-        table.add_column(heading, justify="left" if k < 2 else "right", overflow="fold")
+    shown = table(words.YIELD_HEADINGS, left=2)
     for row in words.yield_rows(study, overall(study)):
-        table.add_row(*(Text(cell) for cell in row))
-    console.print(table)
+        add_row(shown, row)
+    console.print(shown)
     console.print()
     say("largest influences, one parameter at a time:")
     for name in study.subject.main:

@@ -16,8 +16,8 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
-from macromicro.sweeps._processes import processes, submit
 from macromicro.sweeps._provenance import Provenance, running
+from macromicro.sweeps.processes import processes, submit
 
 if TYPE_CHECKING:
     from distributed import Client

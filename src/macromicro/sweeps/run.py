@@ -103,11 +103,7 @@ def check(request: Request) -> Ready:
 
 
 def execute(
-    ready: Ready,
-    begin: Begin,
-    report: Report,
-    stop: Stop,
-    software: Sequence[tuple[str, str]] = (),
+    ready: Ready, begin: Begin, report: Report, stop: Stop, software: Sequence[tuple[str, str]] = ()
 ) -> Outcome:
     """Compute what is missing; `begin` gets the number of variants and of finished ones."""
     try:

@@ -25,8 +25,8 @@ Number = float | list[float] | list[str] | None
 Band = tuple[float, float]
 
 
-class Statement(NamedTuple):
-    """A statement of the thesis, without a measurement.
+class Claim(NamedTuple):
+    """A statement of the thesis, with its measurement once there is one.
 
     `kind`: `calibrated` (a parameter of the bench or a gain was chosen for it, or it follows from
     such claims), `set` (a setting fixes it), `computed` (arithmetic) or `predicted` (all others).
@@ -34,53 +34,35 @@ class Statement(NamedTuple):
 
     id: str
     section: str
-    procedure: str
     claim: str
-    kind: str
     printed: Number = None
-    printed_text: str = ""
+    measured: Number = None
     unit: str = ""
+    verdict: str = NOT_MEASURED
+    reason: str = ""  # why it differs, or why it agrees
+    kind: str = PREDICTED
+    printed_text: str = ""
     accept: tuple[Band, ...] = ()  # bounds of each number; one band alone holds for all
     of: str = ""  # what else the bands apply to
     basis: str = ""  # reason of the bands
     rule: str = ""  # further conditions, in words
-    # Why it differs or agrees, with placeholders; several wordings by name, where the rule chooses.
-    reason: str | dict[str, str] = ""
-
-
-class Claim(NamedTuple):
-    """A statement with its measurement; `reason`: why it differs, or why it agrees."""
-
-    id: str
-    section: str
-    claim: str
-    printed: Number
-    measured: Number
-    unit: str
-    verdict: str
-    reason: str = ""
-    kind: str = PREDICTED
-    printed_text: str = ""
-    accept: tuple[Band, ...] = ()
-    of: str = ""
-    basis: str = ""
-    rule: str = ""
+    procedure: str = ""  # that measures it
 
 
 class NotMeasured(MacromicroError):
     """A claim's data is missing in the recordings; the message is the claim's reason."""
 
 
-def _read() -> dict[str, Statement]:
-    rows = tomllib.loads(LIST.read_text(encoding="utf-8"))["claim"]
-    found = [
-        Statement(**{**row, "accept": tuple((low, high) for low, high in row.get("accept", ()))})
-        for row in rows
-    ]
-    return {s.id: s for s in found}
+def _statement(row: dict[str, Any]) -> Claim:
+    """A claim of the list, not measured and without its reason."""
+    given = {name: value for name, value in row.items() if name != "reason"}
+    return Claim(**given | {"accept": tuple((low, high) for low, high in row.get("accept", ()))})
 
 
-STATEMENTS = _read()
+_ROWS = tomllib.loads(LIST.read_text(encoding="utf-8"))["claim"]
+STATEMENTS = {row["id"]: _statement(row) for row in _ROWS}
+# With placeholders; several wordings by name, where the rule chooses.
+REASONS: dict[str, str | dict[str, str]] = {row["id"]: row.get("reason", "") for row in _ROWS}
 _PLACE = {name: k for k, name in enumerate(STATEMENTS)}
 
 
@@ -117,7 +99,7 @@ def within(name: str, *values: float) -> str:
     """The verdict for values within the claim's bands; NaN counts as not measured."""
     if any(math.isnan(v) for v in values):
         return NOT_MEASURED
-    return holds(accepts(name, *values))
+    return _holds(accepts(name, *values))
 
 
 def reached(name: str, value: float) -> str:
@@ -125,32 +107,37 @@ def reached(name: str, value: float) -> str:
     return DIFFERS if math.isnan(value) else within(name, value)
 
 
-def holds(good: bool) -> str:
+def _holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
 def stated(
-    name: str, measured: Number, verdict: str, wording: str = "", /, **values: object
+    name: str,
+    measured: Number,
+    verdict: str | bool | None = None,
+    /,
+    *,
+    wording: str = "",
+    **values: object,
 ) -> Claim:
     """The claim `name` with its measurement; KeyError for an unknown one.
 
+    Without a verdict the bands decide; a truth value says whether the claim's rule is met.
     `values` fill the placeholders of its reason in the list; `wording` names one of several.
     """
-    reason = STATEMENTS[name].reason
-    text = reason if isinstance(reason, str) else reason[wording]
-    return _claim(STATEMENTS[name], measured, verdict, worded(text, **values))
-
-
-def _claim(s: Statement, measured: Number, verdict: str, reason: str) -> Claim:
-    shared = {name: getattr(s, name) for name in Claim._fields if name in Statement._fields}
-    return Claim(**{**shared, "measured": measured, "verdict": verdict, "reason": reason})
+    if verdict is None:
+        verdict = within(name, *(measured if isinstance(measured, list) else [measured]))
+    elif not isinstance(verdict, str):
+        verdict = _holds(verdict)
+    reason = REASONS[name]
+    text = worded(reason if isinstance(reason, str) else reason[wording], **values)
+    return STATEMENTS[name]._replace(measured=measured, verdict=verdict, reason=text)
 
 
 def lost(name: str, reason: str) -> Claim:
     """The claim `name`, not measured; an unknown one has no words and no kind."""
-    if name in STATEMENTS:
-        return _claim(STATEMENTS[name], None, NOT_MEASURED, reason)
-    return Claim(name, "", "Not measured", None, None, "", NOT_MEASURED, reason, kind="")
+    unknown = Claim(name, "", "Not measured", kind="")
+    return STATEMENTS.get(name, unknown)._replace(reason=reason)
 
 
 def in_order(claims: Iterable[Claim]) -> list[Claim]:

@@ -53,27 +53,27 @@ def joined(
 
 
 def _dead_zone(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter4 import _friction_runs as friction
+    from macromicro.thesis.chapter4 import friction
 
     low, high = friction.TRAVEL
     ends: dict[str, Attribute] = {"travel_low": low, "travel_high": high, **_about(lab)}
-    return {"dead-zone": joined(friction.collect(lab.bench()), ends)}
+    return {"dead-zone": joined(friction.probing_runs(lab.bench()), ends)}
 
 
 def _macro_steps(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter4 import _identification_runs
+    from macromicro.thesis.chapter4 import identification
 
-    found = _identification_runs.collect(lab.bench(), lab.seed)
+    found = identification.step_runs(lab.bench(), lab.seed)
     return {f"steps-{volts:g}V": joined(runs, _about(lab)) for volts, runs in found.items()}
 
 
 def _drive(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter4 import _friction_runs
+    from macromicro.thesis.chapter4 import friction
 
     about = _about(lab)
     if not lab.rigs:
         about["delay"] = 1  # the twin's D/A board latches a voltage one period late
-    return {"drive": joined([_friction_runs.pulsed(lab.bench())], about)}
+    return {"drive": joined([friction.pulsed(lab.bench())], about)}
 
 
 def _carriage(lab: Lab) -> Recordings:
@@ -119,14 +119,14 @@ def _actuator(lab: Lab) -> Recordings:
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
     from macromicro.recorded import named
-    from macromicro.thesis import hall_ramps
+    from macromicro.thesis.chapter3 import hall_calibration
 
     columns = named("t", "hall_voltage", "laser")
     runs = [
         Recording.from_arrays(
             columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e6], hall_table.DT, {}
         )
-        for v, x in hall_ramps.collect(lab.bench(), lab.seed)
+        for v, x in hall_calibration.ramps(lab.bench(), lab.seed)
     ]
     return {"hall": joined(runs, _about(lab))}
 

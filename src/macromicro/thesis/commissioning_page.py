@@ -32,7 +32,6 @@ def write(found: Commissioned, name: str, started: str) -> None:
         TEMPLATE,
         name=name,
         started=started,
-        version=macromicro.__version__,
         met=found.met,
         why=found.why,
         found=rows(found),

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit, label, rendered
 from macromicro.extras import MissingPackageError
 from macromicro.schema.text import plain
+from macromicro.sweeps.processes import processes, submit
 from macromicro.thesis.claims import Claim, in_order, lost
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -138,15 +138,11 @@ def _pooled(
     procedures: Sequence[Procedure], lab: Lab, jobs: int, stopped: Callable[[], bool]
 ) -> Iterator[tuple[Procedure, Result | None]]:
     """Each procedure with its result, None where the pool broke before it ended."""
-    # A fresh interpreter each: a fork would inherit the compiler's locks and threads.
-    context = multiprocessing.get_context("spawn")
-    others = multiprocessing.active_children()
-    pool = ProcessPoolExecutor(min(jobs, len(procedures)), context, _quiet)
-    try:
+    with processes(min(jobs, len(procedures))) as pool:
         pending: dict[Future[Result], Procedure] = {}
         for procedure in procedures:
             try:
-                pending[pool.submit(run_one, procedure, lab)] = procedure
+                pending[submit(pool, run_one, procedure, lab)] = procedure
             except BrokenProcessPool:  # an earlier one has already killed its process
                 yield procedure, None
         while pending:
@@ -154,14 +150,9 @@ def _pooled(
             if stopped():
                 for procedure in pending.values():
                     yield procedure, failed(procedure, INTERRUPTED)
-                for child in multiprocessing.active_children():
-                    if child not in others:
-                        child.terminate()
                 return
             for future in done:
                 yield pending.pop(future), _outcome(future)
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _outcome(future: Future[Result]) -> Result | None:
@@ -169,13 +160,6 @@ def _outcome(future: Future[Result]) -> Result | None:
         return future.result()
     except BrokenProcessPool:
         return None
-
-
-def _quiet() -> None:
-    """In a worker: the parent handles Ctrl-C."""
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def narrowed(chosen: Chosen, result: Result) -> Result:

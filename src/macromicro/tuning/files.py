@@ -123,5 +123,4 @@ def page(report: Report, pictures: Sequence[Picture]) -> str:
         groups=[(name, list(rows)) for name, rows in groupby(report.rows, lambda row: row.group)],
         number=words.number,
         pictures=pictures,
-        version=macromicro.__version__,
     )

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from macromicro.drawing.exhibit import Grid
 from macromicro.recorded import COLUMNS
-from macromicro.thesis.appendix_c.channels import PROCEDURE
+from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
 from macromicro.types import Outputs, Sample
+
+PROCEDURE = find("channels")
 
 
 def test_tables_are_complete() -> None:

@@ -10,10 +10,12 @@ from tests.thesis.fixture_drives import CycleTwin
 from macromicro.rig.fixtures import CYCLE_PERIOD
 from macromicro.rig.session import CYCLE, Fixture
 from macromicro.thesis import cycle_bench
-from macromicro.thesis.appendix_d import cycle_runs, cycle_testing
-from macromicro.thesis.appendix_d.cycle_runs import CycleData, Cycles
+from macromicro.thesis.appendix_d import cycle_testing
+from macromicro.thesis.appendix_d.cycle_testing import CycleData, Cycles
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 from macromicro.thesis.cycle_bench import CycleBench
+
+TWIN = cycle_bench.prepare(CycleBench())
 
 
 @pytest.fixture(scope="module")
@@ -51,11 +53,10 @@ def test_settled_time(claims: dict[str, Claim], name: str, low: float, high: flo
 @pytest.mark.slow
 def test_rig_gives_what_the_compiled_run_gives() -> None:
     """The same law drives the twin sample by sample: the same counts."""
-    fast = cycle_runs.collect(runs=1, cycles=2, room_std=0.0, rest_s=0.0)
-    plant = cycle_bench.prepare(CycleBench())
+    fast = cycle_testing.cycling_runs(TWIN, runs=1, cycles=2, room_std=0.0, rest_s=0.0)
     channels = ("encoder",)
-    rig = Fixture("a cycle bench", CYCLE, lambda seed: CycleTwin(plant), channels, CYCLE_PERIOD)
-    slow = cycle_runs.collect(rig, runs=2, cycles=2, rest_s=0.5)
+    rig = Fixture("a cycle bench", CYCLE, lambda seed: CycleTwin(TWIN), channels, CYCLE_PERIOD)
+    slow = cycle_testing.cycling_runs(rig, runs=2, cycles=2, rest_s=0.5)
     np.testing.assert_array_equal(slow.counts[0], fast.counts[0])
     np.testing.assert_array_equal(slow.literal, fast.literal)
     np.testing.assert_array_equal(slow.unlimited, fast.unlimited)
@@ -67,7 +68,7 @@ def test_rig_gives_what_the_compiled_run_gives() -> None:
 @pytest.mark.slow
 def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
     """Erratum to Appendix D: the integral drifts; after one overshoot 149 are not reached."""
-    found = cycle_runs.measured(data.unlimited)
+    found = cycle_testing.measured(data.unlimited)
     assert data.unlimited.max() > 170.0
     assert np.isfinite(found.tau1[0])
     assert np.isnan(found.tau1[1:]).all()
@@ -76,7 +77,7 @@ def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
 @pytest.mark.slow
 def test_derivative_per_second_is_too_slow(data: CycleData) -> None:
     """Erratum to Appendix D: Kd de/Ts cannot reach tau1 = 0.23 s; over 0.34 s."""
-    assert np.nanmin(cycle_runs.measured(data.literal).tau1) > 0.34
+    assert np.nanmin(cycle_testing.measured(data.literal).tau1) > 0.34
 
 
 @pytest.mark.parametrize("reading", ["literal", "unlimited"])
@@ -91,10 +92,10 @@ def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
 @pytest.mark.slow
 def test_half_an_hour_is_enough_and_ten_seconds_are_not() -> None:
     """Claim A6: in a room of one temperature, a rested run repeats the one before."""
-    rested = cycle_runs.collect(runs=2, cycles=4, room_std=0.0)
+    rested = cycle_testing.cycling_runs(TWIN, runs=2, cycles=4, room_std=0.0)
     np.testing.assert_array_equal(rested.counts[0], rested.counts[1])
-    hurried = cycle_runs.collect(runs=2, cycles=4, room_std=0.0, rest_s=10.0)
-    first, second = (cycle_runs.measured(c) for c in hurried.counts)
+    hurried = cycle_testing.cycling_runs(TWIN, runs=2, cycles=4, room_std=0.0, rest_s=10.0)
+    first, second = (cycle_testing.measured(c) for c in hurried.counts)
     assert second.fall[0] > first.fall[0] + 0.02
 
 
@@ -105,7 +106,7 @@ def test_times_and_shares_of_a_known_cycle() -> None:
     part[300:400] = 149.0
     part[400:2050] = np.where(np.arange(1650) % 2 == 0, 150.0, 151.0)
     part[2050:3200] = 80.0
-    found = Cycles(*(float(v[0]) for v in cycle_runs.measured(part)))
+    found = Cycles(*(float(v[0]) for v in cycle_testing.measured(part)))
     assert found.tau1 == pytest.approx(0.3)
     assert found.tau2 == pytest.approx(0.2)
     assert found.fall == pytest.approx(1.2)
@@ -113,15 +114,15 @@ def test_times_and_shares_of_a_known_cycle() -> None:
 
 
 def test_an_output_that_stays_down_is_not_measured() -> None:
-    found = cycle_runs.measured(np.zeros(4000))
+    found = cycle_testing.measured(np.zeros(4000))
     assert np.isnan(found.tau1[0]) and np.isnan(found.first[0])
 
 
 def test_run_trend_allows_for_the_room() -> None:
     room = np.array([22.5, 23.5, 22.8, 23.9, 23.0, 22.2, 23.3])
     noise = 1e-4 * np.array([1.0, -1.0, 2.0, -2.0, 1.0, -2.0, 1.0])
-    flat = cycle_runs.run_trend(1.5 + 0.03 * (room - 23.0) + noise, room)
+    flat = cycle_testing.run_trend(1.5 + 0.03 * (room - 23.0) + noise, room)
     assert abs(flat.slope) <= flat.reach < 1e-3
-    rising = cycle_runs.run_trend(1.5 + 0.005 * np.arange(7) + noise, room)
+    rising = cycle_testing.run_trend(1.5 + 0.005 * np.arange(7) + noise, room)
     assert rising.slope == pytest.approx(0.005, abs=2e-4)
     assert rising.slope > rising.reach

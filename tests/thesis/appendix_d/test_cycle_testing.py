@@ -9,9 +9,11 @@ import pytest
 from tests.thesis.ended import collected
 
 from macromicro.drawing.exhibit import Drawn
-from macromicro.thesis.appendix_d import cycle_runs, cycle_testing
-from macromicro.thesis.appendix_d.cycle_runs import CycleData
-from macromicro.thesis.appendix_d.cycle_testing import PROCEDURE, shares
+from macromicro.thesis.appendix_d import cycle_testing
+from macromicro.thesis.appendix_d.cycle_testing import CycleData, shares
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("cycle-testing")
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +47,7 @@ def test_eleven_light_lines_and_their_mean(
 ) -> None:
     """Each line is a run as measured, the bold one their mean."""
     lines = axes_of(drawn[number])[0].get_lines()
-    runs = [values(cycle_runs.measured(c)) for c in data.counts]
+    runs = [values(cycle_testing.measured(c)) for c in data.counts]
     assert len(runs) == 11
     for line, run in zip(lines, runs, strict=False):
         np.testing.assert_array_equal(line.get_ydata(), run)
@@ -58,7 +60,7 @@ def test_eleven_light_lines_and_their_mean(
 def test_shares_are_those_of_the_claim(data: CycleData) -> None:
     """Claim A5: the curve at 150 counts is the mean that the claim judges; no share is lost."""
     first, last = shares(data.counts)
-    each = [cycle_runs.measured(c) for c in data.counts]
+    each = [cycle_testing.measured(c) for c in data.counts]
     np.testing.assert_allclose(first[1], np.mean([c.first for c in each], axis=0))
     np.testing.assert_allclose(last[1], np.mean([c.last for c in each], axis=0))
     assert np.all(first.sum(axis=0) <= 100.0 + 1e-9)

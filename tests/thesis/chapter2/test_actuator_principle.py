@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from macromicro.drawing.exhibit import Drawn, rendered
-from macromicro.thesis.chapter2.actuator_principle import PROCEDURE
+from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
+
+PROCEDURE = find("actuator-principle")
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,7 @@ import pytest
 
 from macromicro.plant.bench import Bench
 from macromicro.thesis.chapter2 import _actuator_runs
-from macromicro.thesis.chapter2._actuator_runs import Principle, law_cycle, loaded
-from macromicro.thesis.chapter2.shape_memory import Alloy
+from macromicro.thesis.chapter2._actuator_runs import Alloy, Principle, law_cycle, loaded
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.thesis.chapter2.preisach_geometry import PROCEDURE
+from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
+
+PROCEDURE = find("preisach-geometry")
 
 
 def test_captions_say_the_models_output() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.thesis.chapter2.shape_memory import Alloy, detwinned, strain
+from macromicro.thesis.chapter2._actuator_runs import Alloy, detwinned, strain
 
 P = Alloy()
 

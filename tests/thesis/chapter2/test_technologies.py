@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from macromicro.drawing.exhibit import Grid
-from macromicro.thesis.chapter2.technologies import PROCEDURE
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("technologies")
 
 
 def test_tables_carry_the_facts() -> None:

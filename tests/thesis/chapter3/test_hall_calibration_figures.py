@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.thesis.chapter3.hall_calibration import PROCEDURE
+from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
+
+PROCEDURE = find("hall-calibration")
 
 
 @pytest.mark.slow

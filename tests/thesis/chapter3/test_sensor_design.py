@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from macromicro.drawing.exhibit import Drawn, Grid
-from macromicro.thesis.chapter3.sensor_design import PROCEDURE
+from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
+
+PROCEDURE = find("sensor-design")
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,10 @@ import pytest
 from tests.thesis.ended import collected
 
 from macromicro.design import steps
-from macromicro.thesis.chapter4 import _control_runs, control
-from macromicro.thesis.chapter4._control_runs import TRAVEL, MacroData
-from macromicro.thesis.chapter4.pd_route import STEP
+from macromicro.thesis.chapter4 import control
+from macromicro.thesis.chapter4._design import STEP
+from macromicro.thesis.chapter4.control import TRAVEL, MacroData
+from macromicro.thesis.contents import find
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +24,7 @@ def data() -> MacroData:
 @pytest.fixture(scope="module")
 def figures(data: MacroData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    figures = control.PROCEDURE.figures.items()
+    figures = find("macro-control").figures.items()
     return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 
@@ -136,7 +137,7 @@ def test_comparison_shows_the_chatter(data: MacroData, figures: dict[str, list[A
     styles = {c.get_label(): c.get_linestyle() for c in full.get_lines()}
     assert styles == {"target": "-.", "PID": "--", "initial PD": ":", "tuned PD": "-"}
     aim = data.square.reference[0]
-    level = data.square.bench["pd-initial"][: _control_runs.HOLD]
+    level = data.square.bench["pd-initial"][: control.HOLD]
     t, x = curve(zoom, "initial PD")
     seen = x[visible(zoom, t, x)]
     np.testing.assert_array_equal(steps.swings(seen, aim), steps.swings(level, aim))

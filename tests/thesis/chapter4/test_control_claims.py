@@ -19,8 +19,8 @@ from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 from macromicro.thesis import all_procedures
-from macromicro.thesis.chapter4 import _control_runs, _readings, control, pd_route
-from macromicro.thesis.chapter4._control_runs import Square, tracking
+from macromicro.thesis.chapter4 import _design, control
+from macromicro.thesis.chapter4.control import Square, tracking
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 
 IDS = (
@@ -74,23 +74,23 @@ def test_measured_numbers(claims: dict[str, Claim]) -> None:
 @pytest.mark.slow
 def test_ratio_of_the_thesis_saturates(claims: dict[str, Claim]) -> None:
     """Section 4.3.3 against itself: 1.05 asks for about 10 V; (4.10) for 37 + 3, then 6.72 V."""
-    assert pd_route.trial(pd_route.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)
-    printed = pd_route.trial(pd_route.TUNED_TAPS)
+    assert _design.trial(_design.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)
+    printed = _design.trial(_design.TUNED_TAPS)
     assert printed.first == pytest.approx(0.0124593 * 3000.0 + 3.0)
     assert printed.peak == pytest.approx(6.72, abs=0.01)
     assert printed.saturated > 100
-    assert pd_route.ratio_below_limit() > 1.5
+    assert _design.ratio_below_limit() > 1.5
     assert claims["M12"].measured == [0.0, 0.0, pytest.approx(0.863, abs=0.05)]
 
 
 def test_sweeps_fall_with_ratio_and_frequency() -> None:
     """Figures 4.22, 4.23: peak effort falls along both; derivative time keeps overshoot off."""
-    for sweep in (pd_route.sweep_ratios(), pd_route.sweep_frequencies()):
+    for sweep in (_design.sweep_ratios(), _design.sweep_frequencies()):
         peaks = [t.peak for t in sweep.values()]
         assert peaks == sorted(peaks, reverse=True)
-    assert all(t.overshoot < 0.5 for t in pd_route.sweep_frequencies().values())
-    assert all(t.overshoot > 5.0 for t in pd_route.sweep_frequencies(0.0).values())
-    for w, t in pd_route.sweep_frequencies().items():
+    assert all(t.overshoot < 0.5 for t in _design.sweep_frequencies().values())
+    assert all(t.overshoot > 5.0 for t in _design.sweep_frequencies(0.0).values())
+    for w, t in _design.sweep_frequencies().items():
         assert t.crossover.frequency == pytest.approx(w, rel=1e-6)
 
 
@@ -98,7 +98,7 @@ class Blocks(list[np.ndarray]):
     """A sink for `simulate`."""
 
 
-@pytest.mark.parametrize("name", _control_runs.LAWS)
+@pytest.mark.parametrize("name", control.LAWS)
 @pytest.mark.slow
 def test_drive_is_the_control_loop(name: str) -> None:
     """The runs here are those of the one control loop with parking off, bit for bit."""
@@ -128,7 +128,7 @@ def test_full_travel_runs_where_it_is_told() -> None:
         return Recording.from_arrays(COLUMNS[:1], [np.zeros(2)], 1e-3, {})
 
     settings = replaced(Settings(), "controller.macro_law", "pd-initial")
-    kept = _control_runs.full_travel(settings, 7, run)
+    kept = control.full_travel(settings, 7, run)
     (programme, used, seed, fan) = asked.pop()
     assert not asked
     assert len(kept) == 2
@@ -147,7 +147,7 @@ def test_readings() -> None:
     assert not len(steps.swings(x, 500.0))
     assert math.isnan(steps.rise_time(x, 500.0))
     assert math.isnan(steps.settling_time(x, 500.0))
-    assert _readings.sign_changes(np.array([1.0, 0.0, 2.0, -1.0, 0.0, 1.0])) == 2
+    assert control.sign_changes(np.array([1.0, 0.0, 2.0, -1.0, 0.0, 1.0])) == 2
 
 
 def made(over: float, effort: np.ndarray, then: float) -> tuple[np.ndarray, np.ndarray]:
@@ -186,7 +186,7 @@ def test_m9_asks_for_stiction_that_turns_back(
 
 def test_a_stuck_carriage_reproduces_nothing() -> None:
     """M9, M12, M13, M14 and M15 by runs in which nothing moves."""
-    reference = _control_runs.decaying()
+    reference = control.decaying()
     names = ("t", "macro_position", "motor")
     columns = [next(c for c in COLUMNS if c.name == n) for n in names]
     n = 5000
@@ -195,14 +195,14 @@ def test_a_stuck_carriage_reproduces_nothing() -> None:
     assert control.pid(run).verdict == DIFFERS
     assert control.full_move(run).verdict == DIFFERS
     still = np.full(len(reference), 1400.0) + 1e-3 * np.sign(reference - 1400.0)
-    square = Square(reference, dict.fromkeys(_control_runs.LAWS, still), still)
+    square = Square(reference, dict.fromkeys(control.LAWS, still), still)
     assert control.tuned_pd(square).verdict == DIFFERS
     assert control.ranking(square).verdict == DIFFERS
 
 
 def test_ranking_can_fail() -> None:
     """M13 and M15 differ when the tuned law's run is as bad as the PID's."""
-    reference = _control_runs.decaying()
+    reference = control.decaying()
     good = reference.copy()
     bad = reference + 40.0 * np.sin(np.arange(len(reference)) / 20.0)
     square = Square(reference, {"pid": bad, "pd-initial": good, "pd-tuned": bad}, good)

@@ -10,7 +10,7 @@ from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
-from macromicro.thesis.chapter4 import _friction_runs
+from macromicro.thesis.chapter4 import friction
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +28,12 @@ def made(volts: float, x: np.ndarray) -> Recording:
 def test_level_of_the_bench(plant: Plant) -> None:
     """What Section 4.2.5 implies: 1700 counts/s at 3.1 V and 3977 at 4 V lie on a line through
     2.43 V of 2530 counts/s/V; the friction is the same at every speed, both ways."""
-    runs = _friction_runs.pushed(plant)
+    runs = friction.pushed(plant)
     assert all(0.0 < r["macro_position"][-1] < 2800.0 for r in runs)
-    found = _friction_runs.fitted(runs)
+    found = friction.fitted(runs)
     assert found.level == pytest.approx(2.43, abs=0.03)
     assert found.gain == pytest.approx(2530.0, rel=0.02)
-    assert sorted(found.volts) == sorted(
-        [*_friction_runs.PUSHES, *(-v for v in _friction_runs.PUSHES)]
-    )
+    assert sorted(found.volts) == sorted([*friction.PUSHES, *(-v for v in friction.PUSHES)])
     np.testing.assert_allclose(found.taken, np.sign(found.volts) * found.level, atol=0.01)
 
 
@@ -45,15 +43,15 @@ def test_known_line() -> None:
     for volts in (3.0, 4.0, 5.0):
         x = np.minimum(1000.0 * (volts - 2.0) * np.arange(1200) * 1e-3, 2900.0)
         runs += [made(volts, x), made(-volts, 2800.0 - x)]
-    found = _friction_runs.fitted(runs)
+    found = friction.fitted(runs)
     assert found.level == pytest.approx(2.0, abs=1e-9)
     assert found.gain == pytest.approx(1000.0, rel=1e-9)
-    assert _friction_runs.steady(runs[-1]) == pytest.approx((-5.0, -3000.0))
+    assert friction.steady(runs[-1]) == pytest.approx((-5.0, -3000.0))
 
 
 def test_a_run_that_is_over_at_once_is_refused() -> None:
     with pytest.raises(InputError, match="Lengthen the travel"):
-        _friction_runs.steady(made(5.0, np.full(400, 3000.0)))
+        friction.steady(made(5.0, np.full(400, 3000.0)))
 
 
 def test_at_rest() -> None:
@@ -63,12 +61,12 @@ def test_at_rest() -> None:
     moving = made(2.9, np.arange(700.0))
     ended = made(3.2, np.full(700, 3000.0))
     np.testing.assert_array_equal(
-        _friction_runs.at_rest([still, moving, stopped, ended, still]), [-2.7, 2.5]
+        friction.at_rest([still, moving, stopped, ended, still]), [-2.7, 2.5]
     )
 
 
 def test_stiction_of_the_bench(plant: Plant) -> None:
     """At rest friction takes more than in motion, less than the dead zone's 3 V."""
-    runs = _friction_runs.collect(plant, (2.7, 2.9, 3.1), (0.0, 1200.0))
-    held = _friction_runs.at_rest(runs)
+    runs = friction.probing_runs(plant, (2.7, 2.9, 3.1), (0.0, 1200.0))
+    held = friction.at_rest(runs)
     np.testing.assert_allclose(np.unique(np.abs(held)), [2.7, 2.9])

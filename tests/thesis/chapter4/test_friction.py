@@ -11,6 +11,7 @@ from tests.thesis.ended import collected
 from macromicro.drawing.style import thinned
 from macromicro.thesis.chapter4 import friction
 from macromicro.thesis.chapter4.friction import FrictionData
+from macromicro.thesis.contents import find
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +23,7 @@ def data() -> FrictionData:
 @pytest.fixture(scope="module")
 def figures(data: FrictionData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    figures = friction.PROCEDURE.figures.items()
+    figures = find("macro-friction").figures.items()
     return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 

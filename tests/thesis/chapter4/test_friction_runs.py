@@ -9,7 +9,7 @@ from macromicro.identify.deadzone import DeadZone
 from macromicro.lab import drive
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
-from macromicro.thesis.chapter4 import _friction_runs
+from macromicro.thesis.chapter4 import friction
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def plant() -> Plant:
 
 @pytest.fixture(scope="module")
 def zone(plant: Plant) -> DeadZone:
-    return _friction_runs.measured(plant)
+    return friction.measured(plant)
 
 
 def test_dead_zone(zone: DeadZone) -> None:

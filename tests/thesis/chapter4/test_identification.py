@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from tests.thesis.ended import collected
 
-from macromicro.thesis.chapter4 import _validation, identification
+from macromicro.thesis.chapter4 import identification
 from macromicro.thesis.chapter4.identification import IdentificationData
 from macromicro.thesis.claims import DIFFERS
+from macromicro.thesis.contents import find
 
 PANELS = [(v, s) for v in (0.1, 1.0, 2.0) for s in ("square", "sine")]
 
@@ -24,7 +25,7 @@ def data() -> IdentificationData:
 @pytest.fixture(scope="module")
 def figures(data: IdentificationData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    figures = identification.PROCEDURE.figures.items()
+    figures = find("macro-identification").figures.items()
     return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 
@@ -83,6 +84,6 @@ def test_tuned_friction_model(data: IdentificationData, figures: dict[str, list[
 def test_validation_can_fail(data: IdentificationData) -> None:
     """M8 differs where the tuned model is no better; M7 where the initial one is never wrong."""
     worse = [c._replace(tuned=c.initial) for c in data.cases]
-    assert _validation.claims(worse)[1].verdict == DIFFERS
+    assert identification.case_claims(worse)[1].verdict == DIFFERS
     perfect = [c._replace(initial=c.bench + 0.01 * (c.tuned - c.bench)) for c in data.cases]
-    assert _validation.claims(perfect)[0].verdict == DIFFERS
+    assert identification.case_claims(perfect)[0].verdict == DIFFERS

@@ -9,8 +9,8 @@ from macromicro.identify import drive
 from macromicro.lab.drive import open_loop
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
-from macromicro.thesis.chapter4 import _identification_runs
-from macromicro.thesis.chapter4._identification_runs import MacroModel
+from macromicro.thesis.chapter4 import identification
+from macromicro.thesis.chapter4.identification import MacroModel
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def plant() -> Plant:
 @pytest.fixture(scope="module")
 def found(plant: Plant) -> MacroModel:
     """Of other noise than that of the claims."""
-    return _identification_runs.measured(plant, seed=1)
+    return identification.measured(plant, seed=1)
 
 
 def test_steady_speeds(found: MacroModel) -> None:
@@ -50,8 +50,8 @@ def test_discontinuous_dead_zone(found: MacroModel) -> None:
 
 
 def test_same_seed_same_recordings(plant: Plant) -> None:
-    once, again = (_identification_runs.collect(plant, seed=3, runs=2) for _ in range(2))
-    other = _identification_runs.collect(plant, seed=4, runs=2)
+    once, again = (identification.step_runs(plant, seed=3, runs=2) for _ in range(2))
+    other = identification.step_runs(plant, seed=4, runs=2)
     for volts in once:
         for a, b in zip(once[volts], again[volts], strict=True):
             np.testing.assert_array_equal(a["macro_position"], b["macro_position"])

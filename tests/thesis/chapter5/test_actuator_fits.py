@@ -16,7 +16,7 @@ from macromicro.models import actuator
 from macromicro.models.heating import Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5.actuator_fits import NEAR_STOP, against, judged, thesis
+from macromicro.thesis.chapter5.actuator_models import NEAR_STOP, against, judged, thesis
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("ctrl", "V", ""))
 MODES = Modes(1.3, 0.09, 0.012, 0.7, 0.2, 0.1)
@@ -58,7 +58,7 @@ def fitted() -> object:
 
 def test_the_thesis_model_is_found_again(fitted: object) -> None:
     """Gain by the voltages below the stop, and by 95 % of the stroke above it."""
-    from macromicro.thesis.chapter5.actuator_fits import ThesisFit
+    from macromicro.thesis.chapter5.actuator_models import ThesisFit
 
     assert isinstance(fitted, ThesisFit)
     whole = float(step_response(MODES, 399.0))
@@ -119,7 +119,7 @@ def test_a_judgement_is_at_the_end_on_the_way_and_throughout() -> None:
 
 
 def test_against_a_record_the_model_gets_what_was_sent(fitted: object) -> None:
-    from macromicro.thesis.chapter5.actuator_fits import ThesisFit
+    from macromicro.thesis.chapter5.actuator_models import ThesisFit
 
     assert isinstance(fitted, ThesisFit)
     record = stepped(1.55)

@@ -8,7 +8,7 @@ import pytest
 from macromicro.identify.heating import AMBIENT, cooling
 from macromicro.models import heating
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import actuator_fits, electrothermal
+from macromicro.thesis.chapter5 import actuator_models, electrothermal
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
@@ -62,7 +62,7 @@ def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
     """Figure 5.17 draws the same free runs that claim S10 judges."""
     for volts in (1.5, 1.8):
         trials = models.data.steps[volts]
-        again = actuator_fits.against(models.thesis.model, trials)
+        again = actuator_models.against(models.thesis.model, trials)
         assert models.steps[volts] == pytest.approx(again, abs=1e-12)
         trace = models.traces[volts]
         mean = np.mean([r["laser"] for r in trials], axis=0) * 1e-3

@@ -12,7 +12,7 @@ from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
+from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_models
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
 from macromicro.thesis.chapter5.actuator_models import Models
 
@@ -75,7 +75,7 @@ def test_heating_dynamics(models: Models) -> None:
 def test_mls_finds_the_same_dynamics(stepped: StepData, models: Models) -> None:
     """Section 5.2.2: (5.6) was found by MLS."""
     record = inferred_step(models.table, stepped.steps[1.6], 25.0)
-    fit = actuator_fits.heating_mls(record, steady(record), 0.2)
+    fit = actuator_models.heating_mls(record, steady(record), 0.2)
     y = fit.simulate(np.ones(300))
     printed = step_response(PRINTED, np.arange(300) * 0.2)
     assert np.sqrt(np.mean((y - printed) ** 2)) / np.ptp(printed) < 0.05

@@ -9,7 +9,10 @@ import pytest
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.thesis.chapter5 import kiln_runs as kiln
-from macromicro.thesis.chapter5.kiln import PROCEDURE, KilnRuns, first_cycle
+from macromicro.thesis.chapter5.kiln import KilnRuns, first_cycle
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("kiln")
 
 
 @pytest.fixture(scope="module")

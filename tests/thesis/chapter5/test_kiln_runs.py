@@ -20,7 +20,7 @@ from macromicro.rig.fixtures import KILN_PERIOD, KilnSample
 from macromicro.rig.session import KILN, Fixture
 from macromicro.thesis import kiln_bench as fixture
 from macromicro.thesis.chapter5 import kiln_runs as kiln
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
+from macromicro.thesis.chapter5.actuator_models import full_contraction
 from macromicro.thesis.chapter5.kiln import KilnRuns
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 from macromicro.thesis.kiln_bench import KilnBench

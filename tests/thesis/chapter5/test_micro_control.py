@@ -11,8 +11,10 @@ from tests.thesis.ended import collected
 from macromicro.drawing.exhibit import Drawn
 from macromicro.runs import sequence
 from macromicro.thesis.chapter5 import micro_runs
-from macromicro.thesis.chapter5.micro_control import PROCEDURE
 from macromicro.thesis.chapter5.micro_runs import MicroRuns
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("micro-control")
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,11 @@ from macromicro.control.supervisor import MICRO
 from macromicro.drawing.exhibit import Drawn
 from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated, integrated_runs
-from macromicro.thesis.chapter6.integrated import PROCEDURE, cycling, part
+from macromicro.thesis.chapter6.integrated import cycling, part
 from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("integrated")
 
 
 @pytest.fixture(scope="module")

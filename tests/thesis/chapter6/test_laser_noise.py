@@ -9,7 +9,10 @@ import pytest
 from tests.thesis.ended import collected
 
 from macromicro.thesis.chapter6 import laser_noise
-from macromicro.thesis.chapter6.laser_noise import PROCEDURE, LaserRuns
+from macromicro.thesis.chapter6.laser_noise import LaserRuns
+from macromicro.thesis.contents import find
+
+PROCEDURE = find("laser-noise")
 
 
 @pytest.fixture(scope="module")

@@ -18,8 +18,7 @@ from macromicro.plant.bench import Truth
 from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 from macromicro.types import SAFE, Command, Outputs, Sample
 from macromicro.units import quantity
@@ -174,7 +173,7 @@ def collect(lab: Lab) -> Wiring:
     return Wiring(channels(lab.settings), ways())
 
 
-def _channels(data: Wiring) -> Drawn:
+def channel_table(data: Wiring) -> Drawn:
     rows: list[tuple[str, ...]] = [
         (
             c.name,
@@ -197,7 +196,7 @@ def _channels(data: Wiring) -> Drawn:
     )
 
 
-def _signals(data: Wiring) -> Drawn:
+def signals(data: Wiring) -> Drawn:
     sources = {w.column.name: f"{w.part}: {w.field}{_times(w)}" for w in data.ways}
     columns: list[tuple[str, ...]] = [
         (c.name, c.unit, c.meaning, sources.get(c.name, "state of controller or guard"))
@@ -209,6 +208,3 @@ def _signals(data: Wiring) -> Drawn:
 def _times(way: Way) -> str:
     """The factor into the recording's unit, if it is not 1."""
     return "" if way.factor == 1.0 else f" * {way.factor:g}"
-
-
-PROCEDURE = procedure("channels", {"Table C.1": _channels, "Table C.2": _signals}, collect)

@@ -2,23 +2,253 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
-from macromicro.thesis.appendix_d import cycle_runs
-from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
-from macromicro.thesis.captions import CAPTIONS, captioned
-from macromicro.thesis.claims import Claim, accepts, band, holds, judged, printed, stated
-from macromicro.thesis.contents import procedure
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, dots, finish, new, note
+from macromicro.errors import MacromicroError
+from macromicro.identify.clusters import within
+from macromicro.kernel import compiled, kernel
+from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
+from macromicro.rig.session import Fixture, Session
+from macromicro.rig.twin import noise_source
+from macromicro.thesis import cycle_bench
+from macromicro.thesis.claims import Claim, accepts, band, judged, printed, stated
+from macromicro.thesis.contents import CAPTIONS, captioned
+from macromicro.thesis.cycle_bench import CycleBed, CyclePlant, CycleState
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+DT = CYCLE_PERIOD
+PEAK, PERIOD_S = 150.0, 4.0
+CYCLES, RUNS, REST_S = 40, 11, 1800.0
+# "Approximately 23 degC": the room of each run is drawn with this standard deviation [K].
+ROOM_STD = 0.5
+_REST_DT = 0.01
+WINDOW = 1000
+SILENT = 5  # samples
+
+
+class Law(NamedTuple):
+    """PID on counts: kp [V/count], ki [V/(count s)], kd [V/count for a change in one sample].
+
+    `conditional` 1: integrate only where the effort is within 0-5 V or the error leads back
+    into it; 0: always.
+    """
+
+    kp: float = 0.5
+    ki: float = 0.5
+    kd: float = 0.1
+    conditional: int = 1
+
+
+WORKING = Law()
+# The derivative per second: 0.1 V s/count is 100 V for a count in one sample of 1 ms.
+PER_SECOND = Law(kd=0.1 / DT)
+UNLIMITED = Law(conditional=0)
+
+
+class Memory(NamedTuple):
+    """Integral effort [V] and last error [counts]."""
+
+    integral: float
+    error: float
+
+
+@kernel
+def step(p: Law, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
+    """New state and effort [V], clamped to 0-5 V, for an error [counts]."""
+    requested = p.kp * error + s.integral + p.kd * (error - s.error)
+    integral = s.integral
+    inside = 0.0 <= requested <= 5.0
+    back = (requested < 0.0 and error > 0.0) or (requested > 5.0 and error < 0.0)
+    if p.conditional == 0 or inside or back:
+        integral = integral + p.ki * error * dt
+    return Memory(integral, error), min(max(requested, 0.0), 5.0)
+
+
+@kernel
+def _run(
+    plant: CyclePlant, s: CycleState, p: Law, reference: Array, out: Array, dt: float
+) -> CycleState:
+    """Closed loop on the twin: counts into `out`."""
+    memory = Memory(0.0, 0.0)
+    for k in range(len(reference)):
+        sample = cycle_bench.measure(plant, s, k * dt)
+        out[k] = sample.encoder
+        memory, ctrl = step(p, memory, reference[k] - sample.encoder, dt)
+        s = cycle_bench.advance(plant, s, ctrl, 0.0, dt)
+    return s
+
+
+@kernel
+def _rest(plant: CyclePlant, s: CycleState, periods: int, dt: float) -> CycleState:
+    for _ in range(periods):
+        s = cycle_bench.advance(plant, s, 0.0, 0.0, dt)
+    return s
+
+
+def reference(cycles: int) -> Array:
+    """The pulse train [counts], one value per ms."""
+    return signals.pulse_train(signals.times(cycles * PERIOD_S, DT), PEAK, PERIOD_S)
+
+
+class CycleData(NamedTuple):
+    """Counts of every run, and one cold run each with the other readings of the PID."""
+
+    counts: Array  # (runs, samples)
+    room: Array  # [degC] at the start of each run, or NaN
+    literal: Array  # as `PER_SECOND`
+    unlimited: Array  # as `UNLIMITED`
+
+
+def _one_run(session: Session, p: Law, requested: Array) -> tuple[Array, float]:
+    """Counts (samples,) of one run on an opened rig, and the room [degC] at its start, or NaN.
+
+    While counts are missing the law stands still and its output is off; after 5 ms it is an error.
+    """
+    memory, silent = Memory(0.0, 0.0), 0
+    counts = np.empty(len(requested))
+    room = math.nan
+    for k, goal in enumerate(requested):
+        sample = session.read()
+        if k == 0 and "room" in session.channels:
+            room = float(sample.room)
+        counts[k], ctrl = sample.encoder, 0.0
+        silent = silent + 1 if math.isnan(sample.encoder) else 0
+        if silent > SILENT:
+            raise MacromicroError("cycle bench: no reading from the encoder; check its plug")
+        if not silent:
+            memory, ctrl = step(p, memory, float(goal) - counts[k], DT)
+        session.write(CycleOutputs(ctrl, 0.0))
+        session.clock.wait(DT)
+    return counts, room
+
+
+def _on_rig(rig: Fixture, seed: int, runs: int, cycles: int, rest_s: float) -> CycleData:
+    """All runs on any rig, as `cycling_runs` does them; the room temperature is not controlled."""
+    rig.need("cycle testing", "encoder")
+    requested = reference(cycles)
+    found = []
+    with rig.open(seed) as session:
+        session.idle(rig.rest)
+        for k in range(runs):
+            session.idle(rest_s if k else 0.0)
+            found.append(_one_run(session, WORKING, requested))
+    others = []
+    for law in (PER_SECOND, UNLIMITED):
+        with rig.open(seed) as session:
+            session.idle(rig.rest)
+            others.append(_one_run(session, law, requested)[0])
+    counts, room = zip(*found, strict=True)
+    return CycleData(np.array(counts), np.array(room), *others)
+
+
+def cycling_runs(
+    plant: CycleBed,
+    seed: int = 0,
+    runs: int = RUNS,
+    cycles: int = CYCLES,
+    room_std: float = ROOM_STD,
+    rest_s: float = REST_S,
+) -> CycleData:
+    """All runs, the first from cold, each later one after `rest_s` [s] of rest.
+
+    On the twin the room temperature varies from run to run by `room_std` [K].
+    """
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, seed, runs, cycles, rest_s)
+    drive, idle = compiled(_run), compiled(_rest)
+    room = plant.micro.thermal.ambient + room_std * noise_source(seed).standard_normal(runs)
+    requested = reference(cycles)
+
+    def in_room(degc: float) -> CyclePlant:
+        thermal = plant.micro.thermal._replace(ambient=degc)
+        return plant._replace(micro=plant.micro._replace(thermal=thermal))
+
+    counts = np.empty((runs, len(requested)))
+    state = cycle_bench.initial(in_room(float(room[0])))
+    for k in range(runs):
+        here = in_room(float(room[k]))
+        state = drive(here, state, WORKING, requested, counts[k], DT)
+        state = idle(here, state, round(rest_s / _REST_DT), _REST_DT)
+    others = np.empty((2, len(requested)))
+    for row, law in zip(others, (PER_SECOND, UNLIMITED), strict=True):
+        drive(plant, cycle_bench.initial(plant), law, requested, row, DT)
+    return CycleData(counts, room, others[0], others[1])
+
+
+class Cycles(NamedTuple):
+    """Times [s] and shares [%] of every cycle of a run, shape (cycles,); NaN if not reached."""
+
+    tau1: Array  # from the step to 149 counts
+    tau2: Array  # from the last 0 to 149 counts
+    fall: Array  # from the step back to 0 counts
+    first: Array  # of 1000 samples, share at 150 counts from the first of them
+    last: Array  # of 1000 samples, share at 150 counts before the output drops
+
+
+def measured(counts: Array) -> Cycles:
+    rows = [_one(part) for part in counts.reshape(-1, round(PERIOD_S / DT))]
+    return Cycles(*np.array(rows).T)
+
+
+def _one(part: Array) -> tuple[float, float, float, float, float]:
+    half = len(part) // 2
+    up, down = part[:half], part[half:]
+    nan = float("nan")
+    there = np.flatnonzero(up >= PEAK - 1.0)
+    zeros = np.flatnonzero(up[: there[0]] <= 0.0) if len(there) else there
+    tau1 = float(there[0]) * DT if len(there) else nan
+    tau2 = float(there[0] - zeros[-1]) * DT if len(zeros) else nan
+    back = np.flatnonzero(down <= 0.0)
+    fall = float(back[0]) * DT if len(back) else nan
+    first, last = share(part, PEAK)
+    return tau1, tau2, fall, first, last
+
+
+def share(part: Array, level: float) -> tuple[float, float]:
+    """Share [%] of samples at `level` [counts] in both windows of a cycle (its Figures 13, 14).
+
+    NaN where the output does not reach 150 counts in time for a whole window.
+    """
+    half = len(part) // 2
+    reached = np.flatnonzero(part[:half] >= PEAK)
+    if not len(reached) or reached[0] + WINDOW > len(part):
+        return float("nan"), float("nan")
+    dropped = np.flatnonzero(part[half:] < PEAK)
+    end = half + (int(dropped[0]) if len(dropped) else 0)
+    a, b = part[reached[0] :][:WINDOW], part[end - WINDOW : end]
+    return 100.0 * float(np.mean(a == level)), 100.0 * float(np.mean(b == level))
+
+
+class Trend(NamedTuple):
+    """Change of a run's mean total time [s] per run, corrected for room temperature."""
+
+    slope: float
+    reach: float  # half width of the 95 % interval
+
+
+def run_trend(totals: Array, room: Array) -> Trend:
+    """Least squares of `totals` [s], shape (runs,), on run number and `room` [degC]."""
+    n = len(totals)
+    columns = [np.ones(n), np.arange(n) - 0.5 * (n - 1)]
+    if np.ptp(room) > 0.0:
+        columns.append(room - room.mean())
+    x = np.column_stack(columns)
+    found = np.linalg.lstsq(x, totals, rcond=None)[0]
+    left, free = totals - x @ found, n - x.shape[1]
+    variance = float(left @ left) / free * float(np.linalg.inv(x.T @ x)[1, 1])
+    return Trend(float(found[1]), within(free) * float(np.sqrt(variance)))
 
 
 LATE = 10  # cycles at the end that count as settled
@@ -26,16 +256,15 @@ STEADY = 2.0  # % of their mean, within which they may still change
 EARLY = 4  # cycles at the beginning, in which nearly all of the growth of the shares comes
 
 
-def claims(data: CycleData | None = None) -> list[Claim]:
-    seen = data or cycle_runs.collect()
-    runs = [cycle_runs.measured(c) for c in seen.counts]
+def claims(data: CycleData) -> list[Claim]:
+    runs = [measured(c) for c in data.counts]
     mean = Cycles(*(np.mean([run[k] for run in runs], axis=0) for k in range(5)))
     return judged(
         [
-            (("A1", "A2", "A3"), lambda: _times(seen, mean)),
+            (("A1", "A2", "A3"), lambda: _times(data, mean)),
             ("A4", lambda: _delay(runs)),
             ("A5", lambda: _shares(mean)),
-            ("A6", lambda: _total(seen, runs, mean)),
+            ("A6", lambda: _total(data, runs, mean)),
         ]
     )
 
@@ -63,7 +292,7 @@ def course(values: Array) -> Course:
 
 
 def _times(data: CycleData, mean: Cycles) -> list[Claim]:
-    per_second, free = cycle_runs.measured(data.literal), cycle_runs.measured(data.unlimited)
+    per_second, free = measured(data.literal), measured(data.unlimited)
     rise, again, fall = (course(v) for v in (mean.tau1, mean.tau2, mean.fall))
     good = (
         accepts("A1", rise.late) and rise.first > rise.late and rise.steady,
@@ -74,18 +303,18 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
         stated(
             "A1",
             rise.late,
-            holds(good[0]),
+            good[0],
             course=rise,
             per_second=float(np.nanmean(per_second.tau1[-LATE:])),
             drift=data.unlimited.max(),
             missed=int(np.isnan(free.tau1).sum()),
             cycles=len(free.tau1),
         ),
-        stated("A2", again.late, holds(good[1]), course=again),
+        stated("A2", again.late, good[1], course=again),
         stated(
             "A3",
             fall.late,
-            holds(good[2]),
+            good[2],
             course=fall,
             more=1e3 * (mean.fall[-1] - mean.fall[-LATE]),
             limit=band("A3")[1],
@@ -96,7 +325,7 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
 def _delay(runs: list[Cycles]) -> Claim:
     least = float(min((run.tau1 - run.tau2).min() for run in runs))
     good = accepts("A4", least)
-    return stated("A4", least, holds(good), runs=len(runs), cycles=len(runs[0].tau1))
+    return stated("A4", least, good, runs=len(runs), cycles=len(runs[0].tau1))
 
 
 def _shares(mean: Cycles) -> Claim:
@@ -114,7 +343,7 @@ def _shares(mean: Cycles) -> Claim:
     return stated(
         "A5",
         [early[0], late[0], early[1], late[1]],
-        holds(good),
+        good,
         mean=mean,
         early=early,
         late=late,
@@ -129,16 +358,16 @@ def _shares(mean: Cycles) -> Claim:
 def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     total = mean.tau1 + mean.fall
     per_run = np.array([float((run.tau1 + run.fall).mean()) for run in runs])
-    trend = cycle_runs.run_trend(per_run, data.room)
+    trend = run_trend(per_run, data.room)
     grows = float(np.polyfit(np.arange(len(total)), total, 1)[0]) > 0.0
     grows = grows and settled(total) > float(total[0])
     found = [float(total[0]), settled(total), 1e3 * trend.slope]
-    verdict = holds(grows and abs(trend.slope) <= trend.reach)
+    good = grows and abs(trend.slope) <= trend.reach
     values = {"first": found[0], "late": found[1], "slope": found[2], "reach": 1e3 * trend.reach}
     if not np.isfinite(data.room).all():
-        return stated("A6", found, verdict, "no-room", **values)
+        return stated("A6", found, good, wording="no-room", **values)
     room = (data.room.min(), data.room.max())
-    return stated("A6", found, verdict, "room", room=room, **values)
+    return stated("A6", found, good, wording="room", room=room, **values)
 
 
 NAMES = {"tau1": "rise time tau1", "fall": "fall time"}
@@ -147,21 +376,19 @@ LEVELS = ((149.0, BLUE, "s"), (150.0, RED, "o"), (151.0, GREEN, "^"), (152.0, PU
 
 def collect(lab: Lab) -> CycleData:
     """Eleven runs of forty cycles, and one each with the other readings of the printed PID."""
-    return cycle_runs.collect(lab.cycle(), lab.seed)
+    return cycling_runs(lab.cycle(), lab.seed)
 
 
 def shares(counts: Array) -> tuple[Array, Array]:
     """Mean share [%] of samples at each of `LEVELS` in both windows; shape (levels, cycles)."""
-    cycles = counts.reshape(len(counts), -1, round(PERIOD_S / cycle_runs.DT))
-    each = np.array(
-        [[[cycle_runs.share(c, level) for c in run] for run in cycles] for level, _, _ in LEVELS]
-    )
+    cycles = counts.reshape(len(counts), -1, round(PERIOD_S / DT))
+    each = np.array([[[share(c, level) for c in run] for run in cycles] for level, _, _ in LEVELS])
     mean = each.mean(axis=1)
     return mean[..., 0], mean[..., 1]
 
 
 def _measured(data: CycleData) -> Cycles:
-    return Cycles(*np.stack([cycle_runs.measured(c) for c in data.counts], axis=1))
+    return Cycles(*np.stack([measured(c) for c in data.counts], axis=1))
 
 
 def _light(ax: Axes, values: Array) -> None:
@@ -185,7 +412,7 @@ def _printed(ax: Axes, value: float) -> None:
     ax.axhline(value, color=ORANGE, linestyle="--", linewidth=1.2, label="thesis")
 
 
-def _rise(data: CycleData) -> Drawn:
+def rise(data: CycleData) -> Drawn:
     """Figure D.10, and the excess of tau1 over tau2."""
     runs = _measured(data)
     figure, axes = new(3.4, 1, 2)
@@ -204,7 +431,7 @@ def _rise(data: CycleData) -> Drawn:
     )
 
 
-def _rise_and_fall(data: CycleData) -> Drawn:
+def rise_and_fall(data: CycleData) -> Drawn:
     runs, room = _measured(data), data.room
     total = runs.tau1 + runs.fall
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
@@ -212,19 +439,12 @@ def _rise_and_fall(data: CycleData) -> Drawn:
     _light(by_cycle, total)
     finish(by_cycle, "(a) by cycle", "cycle", "total time [s]", legend=True)
     each = total.mean(axis=1)
-    trend = cycle_runs.run_trend(each, room)
-    by_run.plot(np.arange(1, len(each) + 1), each, color=BLUE, marker="o", ms=5, linestyle="")
+    trend = run_trend(each, room)
+    dots(by_run, np.arange(1, len(each) + 1), each, BLUE, "o")
     known = bool(np.isfinite(room).all())
     if known:
         for k, (value, degc) in enumerate(zip(each, room, strict=True), 1):
-            by_run.annotate(
-                f"{degc:.1f}",
-                (k, value),
-                (0, 6),
-                textcoords="offset points",
-                fontsize=7,
-                horizontalalignment="center",
-            )
+            note(by_run, f"{degc:.1f}", (k, value), (0, 6), fontsize=7, ha="center")
     by_run.margins(y=0.15)
     finish(by_run, "(b) mean of each run", "run", "total time [s]")
     by_run.margins(x=0.06)
@@ -245,19 +465,10 @@ def _share(number: str, which: int, data: CycleData) -> Drawn:
     ax.set_ylim(-2.0, 1.08 * float(np.nanmax(both)))
     finish(ax, "", "cycle", "share of samples [%]", legend=True)
     here = both[which][[level for level, _, _ in LEVELS].index(PEAK)]
-    return captioned(number, figure, window=cycle_runs.WINDOW, first=here[0], settled=settled(here))
+    return captioned(number, figure, window=WINDOW, first=here[0], settled=settled(here))
 
 
-PROCEDURE = procedure(
-    "cycle-testing",
-    {
-        "D.9": partial(_time, "D.9", "tau1"),
-        "D.10": _rise,
-        "D.11": partial(_time, "D.11", "fall"),
-        "D.12": _rise_and_fall,
-        "D.13": partial(_share, "D.13", 0),
-        "D.14": partial(_share, "D.14", 1),
-    },
-    collect,
-    claims,
-)
+rise_time = partial(_time, "D.9", "tau1")
+fall_time = partial(_time, "D.11", "fall")
+first_share = partial(_share, "D.13", 0)
+last_share = partial(_share, "D.14", 1)

@@ -2,24 +2,74 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter2 import _actuator_runs, joule
-from macromicro.thesis.chapter2 import _actuator_runs as principle
-from macromicro.thesis.chapter2._actuator_runs import Cycle, Principle
-from macromicro.thesis.chapter2.joule import Filament
-from macromicro.thesis.chapter2.shape_memory import Alloy
-from macromicro.thesis.contents import procedure
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    finish,
+    line,
+    new,
+    note,
+)
+from macromicro.schema.par import Par
+from macromicro.thesis.chapter2 import _actuator_runs as runs
+from macromicro.thesis.chapter2._actuator_runs import Alloy, Cycle, Principle, Readings
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
-if TYPE_CHECKING:
-    from macromicro.thesis.chapter2._actuator_runs import Readings
+_LIT = "literature value for NiTi"
+
+
+class Filament(NamedTuple):
+    """A round NiTi wire in air."""
+
+    diameter: Annotated[
+        float, Par("m", "diameter: the bench's cross-section", shown="um", positive=True)
+    ] = 135e-6
+    density: Annotated[float, Par("kg/m^3", "density", _LIT, positive=True)] = 6450.0
+    heat: Annotated[
+        float, Par("J/(kg*K)", "specific heat (450-840 J/kg/K)", _LIT, positive=True)
+    ] = 500.0
+    resistivity: Annotated[
+        float, Par("ohm*m", "resistivity of martensite (80 micro-ohm cm)", _LIT, positive=True)
+    ] = 0.8e-6
+    convection: Annotated[
+        float, Par("W/(m^2*K)", "convection of so thin a wire in still air", positive=True)
+    ] = 100.0
+    ambient: Annotated[float, Par("degC", "temperature of the air", "Section 5.2.2")] = 25.0
+
+
+def time_constant(p: Filament) -> float:
+    """rho Cp V / (h A) = rho Cp d / (4 h), s."""
+    return p.density * p.heat * p.diameter / (4.0 * p.convection)
+
+
+def steady(p: Filament, current: float) -> float:
+    """Steady temperature at a constant current: T_inf + R i^2 / (h A), deg C."""
+    resistance = p.resistivity / (0.25 * math.pi * p.diameter**2)
+    return p.ambient + resistance * current**2 / (p.convection * math.pi * p.diameter)
+
+
+def temperature(p: Filament, current: Array, dt: float) -> Array:
+    """Temperature under a stepwise constant current from cold (exact solution of (2.1)), deg C."""
+    keep = math.exp(-dt / time_constant(p))
+    now, out = p.ambient, np.empty_like(current)
+    for k, i in enumerate(current.tolist()):
+        end = steady(p, i)
+        now = end + (now - end) * keep
+        out[k] = now
+    return out
 
 
 _SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, BLACK)
@@ -38,20 +88,14 @@ def hysteresis(data: Principle) -> Drawn:
         for place, level, mark in zip(ends, levels, "sf", strict=True):
             major.plot(place, level, "o", color=colour, markersize=4)
             above = level == length[0]
-            major.annotate(
-                f"${letter}_{mark}$",
-                (place, level),
-                xytext=(-4, 6 if above else -14),
-                textcoords="offset points",
-                fontsize=9,
-            )
+            note(major, f"${letter}_{mark}$", (place, level), (-4, 6 if above else -14), fontsize=9)
     _branches(minor, data.minor)
     finish(major, "(a) major loop", "temperature [degC]", "length - cold, unloaded length [mm]")
     finish(minor, "(b) minor loops", "temperature [degC]")
     major.legend(fontsize=8, loc="lower left", frameon=False)
     major.set_ylim(-4.6, 0.6)
     (a_s, a_f, _), (m_s, m_f, _) = data.turnings
-    return captioned("2.8", figure, load=principle.LOAD, a_s=a_s, a_f=a_f, m_s=m_s, m_f=m_f)
+    return captioned("2.8", figure, load=runs.LOAD, a_s=a_s, a_f=a_f, m_s=m_s, m_f=m_f)
 
 
 def _branches(ax: Any, r: Readings) -> None:
@@ -65,21 +109,21 @@ def stress_strain(data: Principle) -> Drawn:
     figure, axes = new(3.7, 1, 3)
     phases, between, wires = axes[0]
     for k, top in enumerate((90e6, 115e6, 140e6, 200e6)):
-        run = principle.loaded(alloy, 0.0, top)
+        run = runs.loaded(alloy, 0.0, top)
         half = len(run.stress) // 2
         x, y = 100.0 * run.strain, 1e-6 * run.stress
         name = "martensite" if k == 3 else ""
         line(phases, x[:half], y[:half], BLUE, name)
         line(phases, x[half:], y[half:], BLUE, "unloading" if k == 3 else "", linestyle="--")
-    run = principle.loaded(alloy, 1.0, 200e6)
+    run = runs.loaded(alloy, 1.0, 200e6)
     line(phases, 100.0 * run.strain, 1e-6 * run.stress, RED, "austenite")
     for share, colour in zip((0.0, 0.25, 0.5, 0.75, 1.0), _SERIES, strict=False):
-        run = principle.loaded(alloy, share, 200e6)
+        run = runs.loaded(alloy, share, 200e6)
         half = len(run.stress) // 2
         x, y = 100.0 * run.strain[:half], 1e-6 * run.stress[:half]
         line(between, x, y, colour, f"{100 * share:.0f} % austenite")
     each = (len(data.pulled[0].load) - 1) // 3
-    for r, t, colour in zip(data.pulled, principle.PULLED_AT, _SERIES, strict=False):
+    for r, t, colour in zip(data.pulled, runs.PULLED_AT, _SERIES, strict=False):
         x = 100.0 * r.extension[each:] / data.specimen.length
         y = 1e-6 * r.load[each:] / data.specimen.area
         line(wires, x, y, colour, f"{t:g} degC")
@@ -98,7 +142,7 @@ def stress_strain(data: Principle) -> Drawn:
         plateau=100 * alloy.plateau_strain,
         start=1e-6 * alloy.plateau_start,
         end=1e-6 * alloy.plateau_end,
-        load=principle.MOST,
+        load=runs.MOST,
         left=_beyond_elastic(data),
     )
 
@@ -121,7 +165,7 @@ def work(data: Principle) -> Drawn:
     figure, axes = new(3.9, 1, 3, gridspec_kw={"width_ratios": [1.1, 1, 1]})
     law, steps, bench = axes[0]
     for share, colour, name in ((0.0, "0.6", "martensite"), (1.0, "0.3", "austenite")):
-        run = principle.loaded(alloy, share, 190e6)
+        run = runs.loaded(alloy, share, 190e6)
         half = len(run.stress) // 2
         x, y = 100.0 * run.strain[:half], 1e-6 * run.stress[:half]
         line(law, x, y, colour, name, linestyle=":")
@@ -137,7 +181,7 @@ def work(data: Principle) -> Drawn:
         place = (r.temperature[k], 1e3 * r.extension[k])
         steps.plot(*place, "o", color=BLACK, markersize=4)
         aside = {"A": (2, 5), "B": (-6, 7), "C": (-6, -14), "D": (2, -14)}[name]
-        steps.annotate(name, place, xytext=aside, textcoords="offset points", fontsize=9)
+        note(steps, name, place, aside, fontsize=9)
     steps.set_ylim(-4.8, 0.7)
     left, right = law.get_xlim(), bench.get_xlim()
     finish(law, "(a) by the law", "strain [%]", "stress [MPa]")
@@ -151,12 +195,12 @@ def work(data: Principle) -> Drawn:
     return captioned(
         "2.10",
         figure,
-        load=principle.LIFTED,
+        load=runs.LIFTED,
         area=1e3 * own.area * volume,
         lifting=1e3 * own.lifting * volume,
         apart=_off(own),
-        bias=1e-6 * principle.BIAS,
-        high=1e-6 * principle.LAW_HIGH,
+        bias=1e-6 * runs.BIAS,
+        high=1e-6 * runs.LAW_HIGH,
         law_area=1e-6 * theirs.area,
         law_lifting=1e-6 * theirs.lifting,
         law_apart=_off(theirs),
@@ -173,7 +217,7 @@ def _cycle(ax: Any, c: Cycle, aside: tuple[tuple[int, int], ...]) -> None:
     line(ax, np.append(x, x[0]), np.append(y, y[0]), BLUE, "")
     for name, k, offset in zip("ABCD", c.states, aside, strict=True):
         ax.plot(x[k], y[k], "o", color=BLACK, markersize=4)
-        ax.annotate(name, (x[k], y[k]), xytext=offset, textcoords="offset points", fontsize=9)
+        note(ax, name, (x[k], y[k]), offset, fontsize=9)
 
 
 def heat(_: Principle) -> Drawn:
@@ -187,7 +231,7 @@ def heat(_: Principle) -> Drawn:
     for amps, colour in ((0.15, BLUE), (0.20, GREEN), (0.25, RED)):
         line(left, t, _pulse(still, amps, t, dt), colour, f"{amps:g} A")
     for wire, colour, name in ((still, RED, "still air"), (moving, PURPLE, "moving air")):
-        tau = joule.time_constant(wire)
+        tau = time_constant(wire)
         amps = 0.25 * (wire.convection / still.convection) ** 0.5
         curve = _pulse(wire, amps, t, dt)
         line(right, t, curve, colour, f"{name}, {amps:.2f} A: {tau:.2f} s")
@@ -206,21 +250,21 @@ def heat(_: Principle) -> Drawn:
         still=still,
         resistivity=1e8 * still.resistivity,
         moving=moving,
-        still_time=joule.time_constant(still),
-        moving_time=joule.time_constant(moving),
+        still_time=time_constant(still),
+        moving_time=time_constant(moving),
     )
 
 
 def _pulse(wire: Filament, amps: float, t: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
     """Temperatures [degC] with the current [A] on during the first half."""
     on = np.where(np.arange(len(t)) < len(t) // 2, amps, 0.0)
-    return joule.temperature(wire, on, dt)
+    return temperature(wire, on, dt)
 
 
 def calorimeter(data: Principle) -> Drawn:
     figure, axes = new(3.8, 1)
     ax = axes[0, 0]
-    found = [_actuator_runs.peak(scan) for scan in data.scans]
+    found = [runs.peak(scan) for scan in data.scans]
     named = zip(data.scans, found, (RED, BLUE), ("heating", "cooling"), strict=True)
     for scan, peak, colour, name in named:
         flow = 1e-3 * scan.flow / scan.mass
@@ -230,14 +274,9 @@ def calorimeter(data: Principle) -> Drawn:
             level = float(np.interp(place, scan.sample[order], flow[order]))
             ax.plot(place, level, "o", color=colour, markersize=4)
             hot = name == "heating"
-            ax.annotate(
-                f"{word} {place:.0f}",
-                (place, level),
-                xytext=(-5 if word == "onset" and hot else 5, 4 if hot else -12),
-                textcoords="offset points",
-                horizontalalignment="right" if word == "onset" and hot else "left",
-                fontsize=8,
-            )
+            aside, side = (-5, "right") if word == "onset" and hot else (5, "left")
+            offset = (aside, 4 if hot else -12)
+            note(ax, f"{word} {place:.0f}", (place, level), offset, ha=side)
     ax.set_ylim(-0.23, 0.46)
     finish(ax, "", "temperature of the sample [degC]", "heat flow, in: up [W/g]", legend=True)
     put = data.specimen.wire.latent / data.scans[0].mass
@@ -245,7 +284,7 @@ def calorimeter(data: Principle) -> Drawn:
     return captioned(
         "A.1",
         figure,
-        rate=60 * _actuator_runs.RATE,
+        rate=60 * runs.RATE,
         mass=1e6 * data.scans[0].mass,
         heating=1e-3 * up.heat,
         cooling=1e-3 * down.heat,
@@ -254,11 +293,4 @@ def calorimeter(data: Principle) -> Drawn:
 
 
 def collect(lab: Lab) -> Principle:
-    return _actuator_runs.collect(lab.settings.bench)
-
-
-PROCEDURE = procedure(
-    "actuator-principle",
-    {"2.8": hysteresis, "2.9": stress_strain, "2.10": work, "(2.1)": heat, "A.1": calorimeter},
-    collect,
-)
+    return runs.collect(lab.settings.bench)

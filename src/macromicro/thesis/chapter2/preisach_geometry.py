@@ -10,11 +10,21 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    finish,
+    line,
+    new,
+    note,
+)
 from macromicro.hysteresis import FodTable, Preisach, from_density
 from macromicro.hysteresis.pictures import staircase
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -193,9 +203,7 @@ def _output(ax: Any, data: Geometry, k: int) -> None:
         line(ax, stage.path[0], stage.path[1], BLUE, "")
     for j, stage in enumerate(data.stages[: k + 1]):
         ax.plot(stage.u, stage.f, "o", color=RED if j == k else BLACK, markersize=4.5)
-        ax.annotate(
-            f"u{j}", (stage.u, stage.f), xytext=(7, -9), textcoords="offset points", fontsize=8.5
-        )
+        note(ax, f"u{j}", (stage.u, stage.f), (7, -9), fontsize=8.5)
     finish(ax, "(b) output (grey: major loop)", "input u", "output f")
 
 
@@ -207,9 +215,7 @@ def trapezoids(data: Geometry) -> Figure:
     for k, (q, colour) in enumerate(zip(data.trapezoids, QS, strict=True), 1):
         trapezoid(left, q, colour)
         word(left, f"Q{k}", (0.5 * (q.before + q.low), 0.5 * (q.top + 0.5 * (q.before + q.low))))
-        left.annotate(
-            f"(M{k}, m{k})", (q.low, q.top), xytext=(6, 5), textcoords="offset points", fontsize=8.5
-        )
+        note(left, f"(M{k}, m{k})", (q.low, q.top), (6, 5), fontsize=8.5)
     word(left, "m0", (-1.0, -1.13))
     total, ticks = -EXTENT, []
     right.bar(0, total, color="0.75", width=0.6)
@@ -260,12 +266,12 @@ def _plane(number: str, k: int, data: Geometry) -> Drawn:
     return captioned(number, step(data, k), stage=data.stages[k])
 
 
-def _divided(data: Geometry) -> Drawn:
+def divided(data: Geometry) -> Drawn:
     last = data.stages[-1]
     return captioned("2.17", trapezoids(data), before=data.stages[-2].u, last=last, data=data)
 
 
-def _difference(data: Geometry) -> Drawn:
+def difference(data: Geometry) -> Drawn:
     k = 2
     q = data.trapezoids[k - 1]
     return captioned(
@@ -278,7 +284,7 @@ def _difference(data: Geometry) -> Drawn:
     )
 
 
-def _fod(data: Geometry) -> Drawn:
+def first_order_curve(data: Geometry) -> Drawn:
     u, rising, falling = data.major
     alpha, beta = FOD
     first, second, integrated = data.corner
@@ -293,7 +299,7 @@ def _fod(data: Geometry) -> Drawn:
     ):
         ax.plot([place, place], [-EXTENT, height], color="0.4", linewidth=0.8, linestyle=":")
         ax.plot(place, height, "o", color=BLACK, markersize=5)
-        ax.annotate(text, (place, height), xytext=(9, -4), textcoords="offset points", fontsize=11)
+        note(ax, text, (place, height), (9, -4), fontsize=11)
     ax.annotate(
         "",
         (beta, first),
@@ -318,13 +324,8 @@ def _fod(data: Geometry) -> Drawn:
     )
 
 
-PROCEDURE = procedure(
-    "preisach-geometry",
-    {
-        **{f"2.{12 + k}": partial(_plane, f"2.{12 + k}", k) for k in range(5)},
-        "2.17": _divided,
-        "2.18": _difference,
-        "2.19": _fod,
-    },
-    collect,
-)
+plane_at_rest = partial(_plane, "2.12", 0)
+plane_after_one = partial(_plane, "2.13", 1)
+plane_after_two = partial(_plane, "2.14", 2)
+plane_after_three = partial(_plane, "2.15", 3)
+plane_after_four = partial(_plane, "2.16", 4)

@@ -8,9 +8,8 @@ from macromicro.design import costs
 from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.claims import Claim, stated
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -32,11 +31,10 @@ def measured() -> list[Claim]:
         if survey[t.name].cost != t.cost
     ]
     return [
-        stated("D9", summed, within("D9", summed)),
+        stated("D9", summed),
         stated(
             "D10",
             row,
-            within("D10", *row),
             cheapest=against[0].cheapest,
             dearest=against[-1].dearest,
             finer=min(1.0 / a.accuracy for a in against),
@@ -88,7 +86,7 @@ def claims(_: None) -> list[Claim]:
     return measured()
 
 
-def _compared(_: None) -> Drawn:
+def compared(_: None) -> Drawn:
     return captioned(
         "Table 2.1",
         Grid(
@@ -98,7 +96,7 @@ def _compared(_: None) -> Drawn:
     )
 
 
-def _parts(_: None) -> Drawn:
+def parts(_: None) -> Drawn:
     parts: list[tuple[str, ...]] = [
         (name, f"{cost:g} USD") for name, cost in costs.MICRO_STAGE.items()
     ]
@@ -108,7 +106,7 @@ def _parts(_: None) -> Drawn:
     )
 
 
-def _costs(_: None) -> Drawn:
+def cost_table(_: None) -> Drawn:
     own = costs.micro_stage()
     against = {c.name: c for c in costs.compare(own, costs.TABLE_6_2)}
     rows: list[tuple[str, ...]] = []
@@ -124,7 +122,7 @@ def _costs(_: None) -> Drawn:
     )
 
 
-def _cost_against_accuracy(_: None) -> Drawn:
+def cost_against_accuracy(_: None) -> Drawn:
     return captioned("Table 6.2 (plot)", _plot(costs.micro_stage()))
 
 
@@ -150,16 +148,3 @@ def _plot(own: Technology) -> Figure:
     ax.set_ylim(150.0, 15000.0)
     ax.legend(fontsize=8, loc="lower left", frameon=False)
     return figure
-
-
-PROCEDURE = procedure(
-    "technologies",
-    {
-        "Table 2.1": _compared,
-        "Table 6.1": _parts,
-        "Table 6.2": _costs,
-        "Table 6.2 (plot)": _cost_against_accuracy,
-    },
-    collect,
-    claims,
-)

@@ -9,15 +9,22 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new, note
+from macromicro.hall_table import profile
 from macromicro.identify.hall import HallFit, calibrated
+from macromicro.lab.drive import drive
 from macromicro.lab.machine import Machine
-from macromicro.thesis import hall_ramps
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
+
+
+def ramps(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
+    ctrl, parts = profile(runs)
+    found = drive(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
+    return [(found["hall"][part], found["laser"][part]) for part in parts]
+
 
 # Left out at either end, and the length of an end [mm].
 MARGIN, END = 0.05, 0.2
@@ -44,7 +51,7 @@ class HallRuns(NamedTuple):
 
 
 def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
-    runs = hall_ramps.collect(plant, seed)
+    runs = ramps(plant, seed)
     fit = calibrated(runs)
     return HallRuns(runs, fit, slopes(runs, fit))
 
@@ -103,18 +110,11 @@ def draw(data: HallRuns) -> Drawn:
     line(whole, table_v, table_x, BLACK, "averaged", linestyle="--", linewidth=1.0)
     ends = ((0, found.extended, "extended"), (2, found.contracted, "contracted"))
     for k, slope, name in ends:
-        whole.plot(
-            found.volts[k : k + 2], found.place[k : k + 2], color=ORANGE, linewidth=4, alpha=0.7
-        )
-        right = k == 0
-        whole.annotate(
-            f"{slope:.2f} um/mV, {name}",
-            (found.volts[k : k + 2].mean(), found.place[k : k + 2].mean()),
-            xytext=(14 if right else -14, -3),
-            textcoords="offset points",
-            horizontalalignment="left" if right else "right",
-            fontsize=8,
-        )
+        volts, place = found.volts[k : k + 2], found.place[k : k + 2]
+        whole.plot(volts, place, color=ORANGE, linewidth=4, alpha=0.7)
+        aside, side = (14, "left") if k == 0 else (-14, "right")
+        middle = (volts.mean(), place.mean())
+        note(whole, f"{slope:.2f} um/mV, {name}", middle, (aside, -3), ha=side)
     near.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.9)
     finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
@@ -127,6 +127,3 @@ def draw(data: HallRuns) -> Drawn:
         found=found,
         end=END,
     )
-
-
-PROCEDURE = procedure("hall-calibration", {"3.9": draw}, collect, claims)

@@ -13,9 +13,8 @@ from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.claims import Claim, band, holds, printed_list, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.claims import Claim, band, printed_list, stated
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -36,15 +35,7 @@ def _flexure() -> Claim:
     whole = 1e3 * flexure_sheet.max_thickness(Beam(), 35 * GRAM_FORCE, 2e-3)
     half = 1e3 * flexure_sheet.max_thickness(Beam(), 17.5 * GRAM_FORCE, 2e-3)
     rate = flexure_sheet.stiffness(Beam(), 0.45e-3)
-    return stated(
-        "D1",
-        half,
-        within("D1", half),
-        whole=whole,
-        half=half,
-        rate=rate,
-        pull=rate * 4e-3 / GRAM_FORCE,
-    )
+    return stated("D1", half, whole=whole, half=half, rate=rate, pull=rate * 4e-3 / GRAM_FORCE)
 
 
 def _bits() -> list[Claim]:
@@ -55,7 +46,7 @@ def _bits() -> list[Claim]:
         ("D4", 1e6 * resolution.metres_per_gauss(SLOPE)),
         ("D5", 1e6 * b.position),
     )
-    return [stated(key, value, within(key, value)) for key, value in rows]
+    return [stated(key, value) for key, value in rows]
 
 
 def _magnet() -> Claim:
@@ -72,7 +63,7 @@ def _magnet() -> Claim:
     return stated(
         "D7",
         found,
-        holds(not off and best == "103MG5"),
+        not off and best == "103MG5",
         off="; ".join(off),
         wide=magnets.largest_change(magnets.TABLE_3_1[5], 0.04 * INCH).flux,
         best=best,
@@ -87,10 +78,7 @@ def _sensor() -> list[Claim]:
         s.name for s in hall_sensors.suitable(hall_sensors.TABLE_3_2, needs._replace(cost=100.0))
     ]
     good = set(names) == set(printed_list("D8")) and "SS94B1" in cheap
-    return [
-        stated("D8", names, holds(good), cheap=" ".join(cheap)),
-        stated("D11", 1e3 * floor, within("D11", 1e3 * floor)),
-    ]
+    return [stated("D8", names, good, cheap=" ".join(cheap)), stated("D11", 1e3 * floor)]
 
 
 CHOSEN = 0.45e-3  # m, Section 3.2.2
@@ -224,7 +212,7 @@ def _found(data: Sheets) -> dict[str, Claim]:
     return {c.id: c for c in data.claims}
 
 
-def _budget(data: Sheets) -> Drawn:
+def budget(data: Sheets) -> Drawn:
     found = _found(data)
     rows: list[tuple[str, ...]] = [
         (key, c.claim, f"{c.printed:g} {c.unit}", f"{c.measured:.4g} {c.unit}", c.reason)
@@ -234,7 +222,7 @@ def _budget(data: Sheets) -> Drawn:
     return captioned("Table 3.3", Grid(("claim", "figure", "printed", "computed", "remark"), rows))
 
 
-def _magnets(data: Sheets) -> Drawn:
+def magnet_table(data: Sheets) -> Drawn:
     """Table 3.1: readings by distance, and the largest change over 1 mm."""
     claim = _found(data)["D7"]
     sheets = magnets.TABLE_3_1
@@ -249,7 +237,7 @@ def _magnets(data: Sheets) -> Drawn:
     return captioned("Table 3.1", Grid(("distance", *(m.name for m in sheets)), rows), claim=claim)
 
 
-def _sensors(data: Sheets) -> Drawn:
+def sensors(data: Sheets) -> Drawn:
     """Table 3.2, with the drawbacks of each sensor."""
     found = _found(data)
     floor = found["D11"].measured
@@ -270,17 +258,3 @@ def _sensors(data: Sheets) -> Drawn:
         sensitivity=1e3 * needs.sensitivity,
         claim=found["D8"],
     )
-
-
-PROCEDURE = procedure(
-    "sensor-design",
-    {
-        "3.6": flexure,
-        "Table 3.1": _magnets,
-        "3.7": flux,
-        "Table 3.2": _sensors,
-        "Table 3.3": _budget,
-    },
-    collect,
-    claims,
-)

@@ -3,41 +3,190 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro import signals
 from macromicro.arrays import Array
-from macromicro.design import steps
-from macromicro.design.steps import overshoot, rise_time, settling_time, swings
+from macromicro.design.steps import ARRIVED, overshoot, rise_time, settling_time, swings
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
-from macromicro.lab.drive import DT
+from macromicro.errors import InputError
+from macromicro.lab.drive import DT, closed_loop, law
+from macromicro.lab.machine import Machine
+from macromicro.models import macro
+from macromicro.models.macro import INITIAL, MacroModel
+from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter4 import _control_runs, _design, _readings
-from macromicro.thesis.chapter4._control_runs import (
-    HOLD,
-    LAWS,
-    TRAVEL,
-    MacroData,
-    Square,
-    counts_per_200_mm,
-    tracking,
-)
-from macromicro.thesis.chapter4._readings import nrmse, sign_changes, sticking
-from macromicro.thesis.claims import (
-    DIFFERS,
-    Claim,
-    NotMeasured,
-    accepts,
-    holds,
-    judged,
-    stated,
-    within,
-)
-from macromicro.thesis.contents import procedure
+from macromicro.runs import programmed
+from macromicro.runs.programmed import Runner
+from macromicro.settings import Settings
+from macromicro.thesis.chapter4 import _design, identification
+from macromicro.thesis.chapter4._design import Design
+from macromicro.thesis.chapter4.identification import nrmse
+from macromicro.thesis.claims import DIFFERS, Claim, NotMeasured, accepts, judged, stated
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
+
+LAWS = ("pid", "pd-initial", "pd-tuned")
+TRAVEL = 2800.0  # counts
+HOLD = 1500  # samples of each level of the decaying square
+STEP_SECONDS = {"pid": 60.0, "pd-initial": 5.0, "pd-tuned": 5.0}
+SETTLED = 200  # samples at the end of each level
+
+
+class Square(NamedTuple):
+    """Decaying square: reference [counts], the bench's counts by law, the tuned model's."""
+
+    reference: Array
+    bench: dict[str, Array]
+    simulated: Array
+
+
+class Tracking(NamedTuple):
+    settled: float  # mean |error| [counts] over the last 0.2 s of every level
+    reversals: int  # of the position after arrival, all levels
+    largest: float  # swing back [counts]
+    iae: float  # [counts s]
+    arrived: bool  # within 2 counts of every level
+
+
+class MacroData(NamedTuple):
+    steps: dict[str, Recording]  # of 2800 counts, by law
+    initial_model: Array  # its step (Figure 4.20) [counts]
+    design: Design  # Figures 4.22, 4.23
+    square: Square  # Figures 4.24, 4.25
+    travel: Recording  # a full-travel move of the whole system
+    unidentified: str = ""  # why this machine has no model, whose simulations are NaN then; else ""
+
+
+def decaying() -> Array:
+    """The decaying square of Section 4.3.4: 2660, 140, 2380, 420 ... 1400 counts, 1.5 s each."""
+    t = signals.times(9 * HOLD * DT, DT)
+    return signals.decaying_square(t, 1260.0, 2.0 * HOLD * DT, 280.0, 0.5 * TRAVEL)
+
+
+def control_runs(
+    plant: Machine, settings: Settings, seed: int = 0, run: Runner = programmed.on_twin
+) -> MacroData:
+    """All runs on the bench, and the simulations with the models identified on it.
+
+    `run` drives the full-travel move under `settings`.
+    """
+    steps = {
+        name: closed_loop(plant, law(name), np.full(round(STEP_SECONDS[name] / DT), TRAVEL))
+        for name in LAWS
+    }
+    reference = decaying()
+    measured = {name: closed_loop(plant, law(name), reference) for name in LAWS}
+    aim = np.full(len(steps["pd-initial"]), TRAVEL)
+    initial, tuned, unidentified = (
+        np.full(len(aim), math.nan),
+        np.full(len(reference), math.nan),
+        "",
+    )
+    try:
+        model = identification.fitted(identification.measured(plant, seed))
+    except InputError as error:
+        unidentified = f"no model of this machine was found: {error}"
+    else:
+        initial, _ = macro.closed_loop(model._replace(kind=INITIAL), law("pd-initial"), aim)
+        tuned = simulated(model, reference)
+    return MacroData(
+        steps,
+        initial,
+        _design.collect(plant),
+        Square(reference, {name: r["macro_position"] for name, r in measured.items()}, tuned),
+        full_travel(settings, seed, run),
+        unidentified,
+    )
+
+
+def simulated(model: MacroModel, reference: Array) -> Array:
+    return macro.closed_loop(model, law("pd-tuned"), reference)[0]
+
+
+def full_travel(settings: Settings, seed: int = 0, run: Runner = programmed.on_twin) -> Recording:
+    move = Programme(
+        "full travel",
+        np.array([math.nan]),
+        np.array([MACRO]),
+        np.array([TRAVEL]),
+        np.array([1.0]),
+        math.nan,
+        "",
+    )
+    return run(move, settings, seed, False)
+
+
+def tracking(x: Array, reference: Array) -> Tracking:
+    """Tracking of levels of `HOLD` samples each."""
+    settled, backs, near = [], [], []
+    for k in range(0, len(reference), HOLD):
+        level = x[k : k + HOLD]
+        settled.append(float(np.abs(level[-SETTLED:] - reference[k]).mean()))
+        backs.append(swings(level, reference[k]))
+        near.append(float(np.abs(level - reference[k]).min()) <= ARRIVED)
+    all_backs = np.concatenate(backs)
+    iae = float(np.abs(reference - x).sum()) * DT
+    largest = float(all_backs.max(initial=0.0))
+    return Tracking(float(np.mean(settled)), len(all_backs), largest, iae, all(near))
+
+
+def counts_per_200_mm(run: Recording) -> float:
+    """Encoder counts per 200 mm of the laser, up to its reset after the move."""
+    resets = np.flatnonzero(run["laser_reset"])
+    last = int(resets[0]) if len(resets) else len(run) - 1
+    gone = run["macro_position"][last] - run["macro_position"][0]
+    return float(gone / ((run["laser"][last] - run["laser"][0]) * 1e-3) * 200.0)
+
+
+RAMP = 1.0  # V
+
+
+class Stuck(NamedTuple):
+    """Stiction off the target while the effort ramps towards it."""
+
+    seconds: float
+    begin: float  # effort [V]
+    end: float  # effort [V]
+    back: bool  # it then moves towards the target, against its earlier direction
+
+
+def sticking(x: Array, motor: Array, target: float, below: float) -> Stuck | None:
+    """The longest stiction after the rise (98 %), or None.
+
+    `x` stays the same count off `target` while the effort [V] ramps by `RAMP` or more in the
+    direction of the error, below `below` [V].
+    """
+    rise = rise_time(x, target)
+    if math.isnan(rise):
+        return None
+    first = round(rise / DT)
+    edges = np.concatenate([[first], first + np.flatnonzero(np.diff(x[first:])) + 1, [len(x)]])
+    found: list[Stuck] = []
+    for a, b in pairwise(int(e) for e in edges):
+        way = float(np.sign(target - x[a]))
+        # The sample of a new count has the kick of the derivative.
+        part = motor[a + 1 : b]
+        if way == 0.0 or not len(part) or float(np.abs(part).max()) >= below:
+            continue
+        if way * (part[-1] - part[0]) < RAMP or float((way * np.diff(part)).min(initial=0.0)) < 0.0:
+            continue
+        turned = way * np.sign(target - x[0]) < 0.0
+        moved = b < len(x) and way * (x[b] - x[a]) > 0.0
+        pushed = way * part[-1] > 0.0
+        back = bool(turned and moved and pushed)
+        found.append(Stuck(len(part) * DT, float(part[0]), float(part[-1]), back))
+    return max(found, key=lambda s: s.seconds, default=None)
+
+
+def sign_changes(motor: Array) -> int:
+    """Number of sign changes of the effort, without zeros."""
+    signs = np.sign(motor[motor != 0.0])
+    return int(np.count_nonzero(np.diff(signs)))
 
 
 def claims(data: MacroData) -> list[Claim]:
@@ -77,10 +226,10 @@ def pid(run: Recording) -> Claim:
         "over": overshoot(x, TRAVEL),
     }
     if stuck is None:
-        return stated("M9", rise, DIFFERS, "free", **swing)
+        return stated("M9", rise, DIFFERS, wording="free", **swing)
     good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
     turned = "turns back" if stuck.back else "does not turn back"
-    return stated("M9", rise, holds(good), "stuck", stuck=stuck, turned=turned, **swing)
+    return stated("M9", rise, good, wording="stuck", stuck=stuck, turned=turned, **swing)
 
 
 def _reversals(turns: int) -> str:
@@ -95,7 +244,7 @@ def initial_pd(run: Recording, model: Array) -> Claim:
     over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
     model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
     good = accepts("M10", over, float(backs)) and model_over < 1.0 and model_backs == 0
-    return stated("M10", [over, float(backs)], holds(good), over=model_over, backs=model_backs)
+    return stated("M10", [over, float(backs)], good, over=model_over, backs=model_backs)
 
 
 def tuned_pd(square: Square) -> Claim:
@@ -104,14 +253,14 @@ def tuned_pd(square: Square) -> Claim:
     model = tracking(square.simulated, square.reference)
     good = accepts("M13", error) and seen.arrived and seen.largest <= 1.0
     wording = "arrived" if seen.arrived else "missed"
-    return stated("M13", error, holds(good), wording, seen=seen, model=model)
+    return stated("M13", error, good, wording=wording, seen=seen, model=model)
 
 
 def full_move(run: Recording) -> Claim:
     time = settling_time(run["macro_position"], TRAVEL)
     if math.isnan(time):
-        return stated("M14", time, DIFFERS, "late", travel=TRAVEL, seconds=len(run) * DT)
-    return stated("M14", time, within("M14", time), "arrived", rate=0.5 / time)
+        return stated("M14", time, DIFFERS, wording="late", travel=TRAVEL, seconds=len(run) * DT)
+    return stated("M14", time, wording="arrived", rate=0.5 / time)
 
 
 def ranking(square: Square) -> Claim:
@@ -121,7 +270,7 @@ def ranking(square: Square) -> Claim:
     return stated(
         "M15",
         [tuned.settled, initial.settled, pid_.settled],
-        holds(good),
+        good,
         tuned=tuned,
         initial=initial,
         pid=pid_,
@@ -134,7 +283,7 @@ def travel(run: Recording) -> Claim:
     if gone < 0.5 * TRAVEL:
         raise NotMeasured(f"the carriage moved only {gone:.0f} counts, too few to measure a pitch")
     counts = counts_per_200_mm(run)
-    return stated("M16", counts, within("M16", counts), pitch=200e3 / counts)
+    return stated("M16", counts, pitch=200e3 / counts)
 
 
 DEAD_ZONE = 3.0  # V
@@ -157,8 +306,8 @@ def draw_pid(data: MacroData) -> Drawn:
     finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
     finish(axes[1, 0], "(b) response", y="position [counts]")
     axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    over, stuck = steps.overshoot(x, TRAVEL), _stuck(x, motor)
-    rise = steps.rise_time(x, TRAVEL)
+    over, stuck = overshoot(x, TRAVEL), _stuck(x, motor)
+    rise = rise_time(x, TRAVEL)
     return captioned(
         "4.18",
         figure,
@@ -167,12 +316,12 @@ def draw_pid(data: MacroData) -> Drawn:
         rise=rise,
         over=over,
         stuck=stuck,
-        turns=_times(_readings.sign_changes(motor)),
+        turns=_times(sign_changes(motor)),
     )
 
 
 def _stuck(x: Array, motor: Array) -> str:
-    found = _readings.sticking(x, motor, TRAVEL, DEAD_ZONE)
+    found = sticking(x, motor, TRAVEL, DEAD_ZONE)
     if found is None:
         return "it never sticks off the target while the output ramps"
     back = " and creeps back at the edge of motion" if found.back else ""
@@ -199,21 +348,21 @@ def draw_initial_pd(data: MacroData) -> Drawn:
     finish(axes[0, 1], "(b) zoom")
     axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
     axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    backs, model_backs = (len(steps.swings(y, TRAVEL)) for y in (x, data.initial_model))
+    backs, model_backs = (len(swings(y, TRAVEL)) for y in (x, data.initial_model))
     return captioned(
         "4.20",
         figure,
         travel=TRAVEL,
-        over=steps.overshoot(x, TRAVEL),
+        over=overshoot(x, TRAVEL),
         backs=backs,
-        model_over=steps.overshoot(data.initial_model, TRAVEL),
+        model_over=overshoot(data.initial_model, TRAVEL),
         model_backs=model_backs,
     )
 
 
 def arrival(x: Array, target: float) -> int:
     """Row at which `x` first comes within the tolerance of `target` [counts]."""
-    return int((np.abs(x - target) <= steps.ARRIVED).argmax())
+    return int((np.abs(x - target) <= ARRIVED).argmax())
 
 
 def zoomed(square: Square, law: str) -> slice:
@@ -245,14 +394,14 @@ def draw_tuned_pd(data: MacroData) -> Drawn:
     axes[0, 0].set_ylim(top=3300.0)
     settled = _full_move(axes[1, 0], run)
     counts = _travel(axes[1, 1], data.travel)
-    error = _readings.nrmse(square.simulated, x)
+    error = nrmse(square.simulated, x)
     return captioned("4.24", figure, error=error, settled=settled, counts=counts)
 
 
 def _full_move(ax: Any, run: Recording) -> float:
     x = run["macro_position"]
     rows = slice(0, round(1.5 / run.dt))
-    settled = steps.settling_time(x, TRAVEL, BAND)
+    settled = settling_time(x, TRAVEL, BAND)
     ax.axhspan(TRAVEL * (1.0 - BAND), TRAVEL * (1.0 + BAND), color=BLACK, alpha=0.12, linewidth=0)
     line(ax, run["t"][rows], x[rows], RED, "bench")
     ax.axvline(settled, color=BLACK, linestyle=":", linewidth=0.9)
@@ -267,7 +416,7 @@ def _travel(ax: Any, run: Recording) -> float:
     gone = (run["laser"][rows] - run["laser"][0]) * 1e-3
     smooth(ax, run["macro_position"][rows], gone, GREEN, "laser")
     finish(ax, "(d) laser over encoder", "encoder [counts]", "laser [mm]")
-    return _control_runs.counts_per_200_mm(run)
+    return counts_per_200_mm(run)
 
 
 def comparison(data: MacroData) -> Drawn:
@@ -279,17 +428,17 @@ def comparison(data: MacroData) -> Drawn:
     figure, axes = new(5.8, 2)
     for ax, rows in ((axes[0, 0], slice(None)), (axes[1, 0], near)):
         _target(ax, square, t, rows)
-        for law, (color, style) in styles.items():
+        for name, (color, style) in styles.items():
             width = 1.6 if style == ":" else 1.1
-            position = square.bench[law][rows]
-            smooth(ax, t[rows], position, color, names[law], linestyle=style, linewidth=width)
+            position = square.bench[name][rows]
+            smooth(ax, t[rows], position, color, names[name], linestyle=style, linewidth=width)
     finish(axes[0, 0], "(a) full", "", "position [counts]")
     finish(axes[1, 0], "(b) zoom", y="position [counts]")
     target = float(square.reference[0])
     axes[1, 0].set_ylim(target - 35.0, target + 20.0)
     axes[0, 0].set_ylim(top=3300.0)
     axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
-    seen = {law: _control_runs.tracking(square.bench[law], square.reference) for law in styles}
+    seen = {name: tracking(square.bench[name], square.reference) for name in styles}
     errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
     return captioned(
         "4.25",
@@ -302,28 +451,15 @@ def comparison(data: MacroData) -> Drawn:
 
 
 def collect(lab: Lab) -> MacroData:
-    return _control_runs.collect(lab.bench(), lab.settings, lab.seed, lab.runner())
+    return control_runs(lab.bench(), lab.settings, lab.seed, lab.runner())
 
 
-def _ratios(data: MacroData) -> Drawn:
+def ratios(data: MacroData) -> Drawn:
     return _design.ratios(data.design)
 
 
-def _frequencies(data: MacroData) -> Drawn:
+def frequencies(data: MacroData) -> Drawn:
     return _design.frequencies(data.design)
 
 
-PROCEDURE = procedure(
-    "macro-control",
-    {
-        "4.18": draw_pid,
-        "4.20": draw_initial_pd,
-        "4.22": _ratios,
-        "4.23": _frequencies,
-        "4.24": draw_tuned_pd,
-        "4.25": comparison,
-    },
-    collect,
-    claims,
-    arithmetic=_design.margins,
-)
+arithmetic = _design.margins

@@ -2,27 +2,156 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
-from macromicro.identify.deadzone import DeadZone
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    dots,
+    finish,
+    line,
+    new,
+)
+from macromicro.errors import InputError, ProblemError
+from macromicro.identify.deadzone import DeadZone, dead_zone
+from macromicro.lab.drive import DT, open_loop
+from macromicro.lab.machine import Machine
 from macromicro.models import macro
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter4 import _friction_runs
-from macromicro.thesis.chapter4._friction_runs import Coulomb
-from macromicro.thesis.claims import Claim, holds, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.claims import DIFFERS, Claim, stated, within
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
-if TYPE_CHECKING:
-    pass
+TRAVEL = (0.0, 2800.0)
+VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))
+STARTS = tuple(float(x) for x in range(0, 2601, 200))
+SECONDS = 2.5
+HIGHEST, STEP, MORE = 4.5, 0.05, 6  # V, V, further voltages at a time
+
+# Volts, and seconds in which the carriage stays within its travel at the thesis' speeds.
+PUSHES = {3.1: 1.3, 3.25: 1.0, 3.5: 0.8, 4.0: 0.6, 4.5: 0.5, 5.0: 0.4}
+START = 20.0  # counts, from the end it leaves
+BEGUN = 0.15  # s, six time constants of the drive
+PULSES = (3.3, 3.6, 4.0, 4.4, 4.8, 5.0)  # V
+REST_MS = 100
+# What a pulse may take the carriage, about: a quarter of its travel [counts] at the thesis'
+# speeds, 1700 counts/s at 3.1 V and 3977 counts/s at 4 V.
+_WAY = 700.0
+_GAIN, _ZONE = 2530.0, 2.43
+
+
+def probing_runs(
+    plant: Machine, voltages: Sequence[float] = VOLTAGES, starts: Sequence[float] = STARTS
+) -> list[Recording]:
+    """A run at each voltage [V], in both directions, from each start [counts, from its own end]."""
+    runs = []
+    n = round(SECONDS / DT)
+    for v in voltages:
+        for x in starts:
+            # Half a count in, so that the encoder does not stand on an edge.
+            runs.append(open_loop(plant, np.full(n, v), x + 0.5))
+            runs.append(open_loop(plant, np.full(n, -v), TRAVEL[1] - x + 0.5))
+    return runs
+
+
+def probed(plant: Machine) -> tuple[list[Recording], DeadZone]:
+    """The whole procedure (M1): its runs and the dead zone from them.
+
+    Where the carriage still stops at the highest of `VOLTAGES`, higher ones are tried, up to
+    4.5 V. If it stops there, too, the dead zone is an `InputError`.
+    """
+    runs, top = probing_runs(plant), VOLTAGES[-1]
+    while True:
+        try:
+            return runs, dead_zone(runs, travel=TRAVEL)
+        except InputError:
+            if top >= HIGHEST:
+                raise
+        further = [round(top + STEP * (k + 1), 2) for k in range(MORE)]
+        runs += probing_runs(plant, further)
+        top = further[-1]
+
+
+def measured(plant: Machine) -> DeadZone:
+    return probed(plant)[1]
+
+
+class Coulomb(NamedTuple):
+    """Coulomb level and gain of both directions."""
+
+    level: float  # F [V]
+    gain: float  # G [counts/s/V]
+    volts: Array  # signed steady states [V]
+    speeds: Array  # signed steady states [counts/s]
+
+    @property
+    def taken(self) -> Array:
+        """Friction [V] in each steady state: V - v / G."""
+        return self.volts - self.speeds / self.gain
+
+
+def pushed(plant: Machine) -> list[Recording]:
+    """A run at each voltage of `PUSHES` in both directions, each from its own end."""
+    runs = []
+    for volts, seconds in PUSHES.items():
+        n = round(seconds / DT)
+        runs.append(open_loop(plant, np.full(n, volts), START + 0.5))
+        runs.append(open_loop(plant, np.full(n, -volts), TRAVEL[1] - START + 0.5))
+    return runs
+
+
+def steady(run: Recording) -> tuple[float, float]:
+    """Volts and steady speed [counts/s] of a run: the slope after `BEGUN`, within the travel."""
+    x = run["macro_position"]
+    # From the first sample beyond the travel on, the end stop has the carriage.
+    gone = np.flatnonzero((x < TRAVEL[0]) | (x > TRAVEL[1]))
+    rows = slice(round(BEGUN / run.dt), int(gone[0]) if len(gone) else len(x))
+    if len(x[rows]) < 2:
+        found = f"{run['motor'][0]:g} V, at the end of the travel within {BEGUN} s"
+        raise ProblemError("steady speed", f"{found}", "Lengthen the travel.")
+    return float(run["motor"][0]), float(np.polyfit(run["t"][rows], x[rows], 1)[0])
+
+
+def fitted(runs: Sequence[Recording]) -> Coulomb:
+    """F and G by least squares over the runs' steady states, |V| = F + |v| / G."""
+    volts, speeds = np.array([steady(r) for r in runs]).T
+    slope, level = np.polyfit(np.abs(speeds), np.abs(volts), 1)
+    return Coulomb(float(level), 1.0 / float(slope), volts, speeds)
+
+
+def at_rest(runs: Sequence[Recording], seconds: float = 0.5) -> Array:
+    """Ascending volts [V] at which some run stood still for its last `seconds`."""
+    held = set()
+    for r in runs:
+        x = r["macro_position"][-round(seconds / r.dt) :]
+        if not np.ptp(x) and TRAVEL[0] < x[-1] < TRAVEL[1]:
+            held.add(float(r["motor"][-1]))
+    return np.array(sorted(held))
+
+
+def pulses(repeats: int = 2) -> Array:
+    """Volts [one value per ms]: each level forth and back, with rests between."""
+    rest = np.zeros(REST_MS)
+    parts = [rest]
+    for volts in PULSES * repeats:
+        held = round(min(1e3 * _WAY / (_GAIN * (volts - _ZONE)), 250.0))
+        parts += [np.full(held, volts), rest, np.full(held, -volts), rest]
+    return np.concatenate(parts)
+
+
+def pulsed(plant: Machine, start: float = 0.5 * sum(TRAVEL)) -> Recording:
+    """One record from rest at `start` [counts]: columns t, macro_position and motor."""
+    return open_loop(plant, pulses(), start + 0.5)
 
 
 SHOWN = (2.6, 2.8, 2.85, 2.9, 3.0, 3.2)  # V, panels (a) and (b) of Figure 4.8, and (d)
@@ -40,19 +169,14 @@ class FrictionData(NamedTuple):
 
 def collect(lab: Lab) -> FrictionData:
     plant = lab.bench()
-    runs, zone = _friction_runs.probed(plant)
-    return FrictionData(
-        runs,
-        zone,
-        _friction_runs.fitted(_friction_runs.pushed(plant)),
-        _friction_runs.at_rest(runs),
-    )
+    runs, zone = probed(plant)
+    return FrictionData(runs, zone, fitted(pushed(plant)), at_rest(runs))
 
 
 def claims(data: FrictionData) -> list[Claim]:
     zone = data.zone
     spread = max(float(np.ptp(zone.thresholds(way)[1])) for way in (1, -1))
-    verdict = within("M1", zone.width) if spread > 0.0 else holds(False)
+    verdict = within("M1", zone.width) if spread > 0.0 else DIFFERS
     return [stated("M1", zone.width, verdict, spread=spread)]
 
 
@@ -77,7 +201,7 @@ def evaluated(function: Callable[[float], float], volts: Array) -> Array:
     return np.array([function(float(v)) for v in volts])
 
 
-def _coulomb(data: FrictionData) -> Drawn:
+def coulomb(data: FrictionData) -> Drawn:
     found = data.coulomb
     moving, most = found.speeds > 0.0, np.abs(data.held).max(initial=0.0)
     figure, axes = new(3.4, 1, 2)
@@ -108,10 +232,10 @@ def _coulomb(data: FrictionData) -> Drawn:
 
 
 def _dots(ax: Any, x: Array, y: Array, label: str, marker: str) -> None:
-    ax.plot(x, y, color=RED, label=label, marker=marker, markersize=4, linestyle="none")
+    dots(ax, x, y, RED, marker, label, markersize=4)
 
 
-def _low_voltages(data: FrictionData) -> Drawn:
+def low_voltages(data: FrictionData) -> Drawn:
     zone = data.zone
     best = easiest(zone)
     figure, axes = new(5.6, 2, 2)
@@ -144,8 +268,8 @@ def _thresholds(ax: Any, zone: DeadZone) -> None:
 def speed_by_place(run: Recording) -> tuple[Array, Array]:
     """Place [counts] and speed [counts/s], averaged over `_MEAN` samples, without the ends."""
     x = run["macro_position"]
-    begun = round(_friction_runs.BEGUN / run.dt)
-    end = int(np.searchsorted(x, _friction_runs.TRAVEL[1]))
+    begun = round(BEGUN / run.dt)
+    end = int(np.searchsorted(x, TRAVEL[1]))
     x = x[begun:end]
     return 0.5 * (x[_MEAN:] + x[:-_MEAN]), (x[_MEAN:] - x[:-_MEAN]) / (_MEAN * run.dt)
 
@@ -158,7 +282,7 @@ def _speeds(ax: Any, runs: dict[float, Recording]) -> None:
     ax.legend(fontsize=7.5, loc="lower center", ncols=3, frameon=False)
 
 
-def _characteristics(data: FrictionData) -> Drawn:
+def characteristics(data: FrictionData) -> Drawn:
     width = data.zone.width
     figure, axes = new(3.0, 1, 3)
     end = 2.0 * width
@@ -178,11 +302,3 @@ def _characteristics(data: FrictionData) -> Drawn:
     for ax in axes[0]:
         ax.set_ylim(-1.6 * end, 1.6 * end)
     return captioned("4.9", figure, width=width, left=5.0 - width)
-
-
-PROCEDURE = procedure(
-    "macro-friction",
-    {"4.4": _coulomb, "4.8": _low_voltages, "4.9": _characteristics},
-    collect,
-    claims,
-)

@@ -2,49 +2,234 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, dots, finish, line, new, smooth
+from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
+from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.records import average_runs, differentiated
-from macromicro.lab.drive import DT
+from macromicro.lab.drive import DT, open_loop
+from macromicro.lab.machine import Machine
 from macromicro.models import macro
+from macromicro.models.macro import INITIAL, TUNED, Linear, MacroModel
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter4 import _friction_runs, _identification_runs, _validation
-from macromicro.thesis.chapter4._identification_runs import MacroModel
-from macromicro.thesis.chapter4._validation import Case
-from macromicro.thesis.claims import Claim, holds, judged, printed, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.rig.twin import noise_source
+from macromicro.thesis.chapter4 import friction
+from macromicro.thesis.chapter4.friction import TRAVEL
+from macromicro.thesis.claims import (
+    DIFFERS,
+    REPRODUCED,
+    Claim,
+    accepts,
+    judged,
+    printed,
+    stated,
+    within,
+)
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
+
+WIDTH = 3.0  # Section 4.2.3: the thesis' width of the dead-zone inverse [V]
+RUNS = 10
+SECONDS = {0.1: 1.45, 1.0: 0.65, 2.0: 0.4}  # of Figure 4.13; 2 V reaches the end of travel
+
+
+class Identified(NamedTuple):
+    linear: LinearFit  # (4.3), speed [counts/s] for V [V] beyond the dead zone
+    zone: DiscontinuousDeadZone  # a0 and delta of (4.5) from 0.1 V and 1 V
+    speeds: dict[float, float]  # steady [counts/s] by V [V], mean of both directions
+
+
+def step_runs(
+    plant: Machine, seed: int = 0, width: float = WIDTH, runs: int = RUNS
+) -> dict[float, list[Recording]]:
+    """`runs` steps for each V [V], in alternating directions, from places near each end."""
+    draw = noise_source(seed)
+    found: dict[float, list[Recording]] = {}
+    for volts, seconds in SECONDS.items():
+        found[volts] = []
+        for k in range(runs):
+            sign = 1.0 if k % 2 == 0 else -1.0
+            place = 20.0 + 60.0 * float(draw.random())
+            start = place if sign > 0.0 else TRAVEL[1] - place
+            steps = np.full(round(seconds / DT), sign * (width + volts))
+            found[volts].append(open_loop(plant, steps, start))
+    return found
+
+
+def identified(recordings: Mapping[float, Sequence[Recording]], width: float = WIDTH) -> Identified:
+    averaged = {
+        volts: average_runs([_before_inverse(r, width) for r in runs])
+        for volts, runs in recordings.items()
+    }
+    u, y = differentiated(*averaged[1.0], DT)
+    linear = mls(u, y, na=1, nb=1, dt=DT)
+    both = [r for volts in (0.1, 1.0) for r in recordings[volts]]
+    zone = discontinuous_dead_zone(both, linear.gain, width)
+    return Identified(linear, zone, {v: _steady(x) for v, (_, x) in averaged.items()})
+
+
+def _before_inverse(recording: Recording, width: float) -> tuple[Array, Array]:
+    """V and position, with the dead-zone inverse removed from the recorded volts."""
+    motor = recording["motor"]
+    return motor - width * np.sign(motor), recording["macro_position"]
+
+
+def _steady(x: Array) -> float:
+    """Speed over the second half [counts/s]."""
+    half = x[len(x) // 2 :]
+    return float(half[-1] - half[0]) / ((len(half) - 1) * DT)
+
+
+def measured(plant: Machine, seed: int = 0) -> Identified:
+    """The whole procedure on a bench (M2 to M6), with the dead zone by M1."""
+    width = friction.measured(plant).width
+    return identified(step_runs(plant, seed, width), width)
+
+
+HALVES = {0.1: 1.35, 1.0: 0.65, 2.0: 0.35}  # half a period [s]; the first two from Figure 4.13
+PERIODS = 2
+START = 200.0  # counts
+SHAPES = ("square", "sine")
+MISSED = 0.05  # of the bench's speed: a smaller error is no miss, a larger one no fit
+
+
+class Case(NamedTuple):
+    """One panel of Figures 4.13 and 4.17: time [s], V before the inverse, counts."""
+
+    volts: float
+    shape: str
+    t: Array
+    sent: Array
+    bench: Array
+    initial: Array
+    tuned: Array
+
+    @property
+    def initial_error(self) -> float:
+        """NRMSE of the initial model's position [%]."""
+        return nrmse(self.initial, self.bench)
+
+    @property
+    def tuned_error(self) -> float:
+        """NRMSE of the tuned model's position [%]."""
+        return nrmse(self.tuned, self.bench)
+
+
+def fitted(found: Identified, kind: int = TUNED) -> MacroModel:
+    linear = Linear(float(found.linear.a[0]), float(found.linear.b[0]), DT)
+    zone = found.zone
+    return MacroModel(linear, kind, zone.width, zone.both.a0, zone.both.delta)
+
+
+def case_runs(plant: Machine, found: Identified) -> list[Case]:
+    cases = []
+    for volts, half in HALVES.items():
+        t = signals.times(2.0 * half * PERIODS, DT)
+        for shape in SHAPES:
+            if shape == "square":
+                wave = signals.square(t, volts, 2.0 * half)
+            else:
+                wave = signals.sine(t, volts, 0.5 / half)
+            motor = wave + found.zone.width * np.sign(wave)
+            measured = open_loop(plant, motor, START + 0.5)["macro_position"]
+            models = [macro.simulate(fitted(found, k), motor, START) for k in (INITIAL, TUNED)]
+            cases.append(Case(volts, shape, t, wave, measured, *models))
+    return cases
+
+
+def speed_error(case: Case, model: Array) -> float:
+    """Steady speed of the model minus the bench's [counts/s], averaged over half periods.
+
+    Speeds along the motion over the second half of each; for square inputs.
+    """
+    rows = round(HALVES[case.volts] / DT)
+    gaps = []
+    for k in range(0, len(case.t) - rows + 1, rows):
+        a, b = k + rows // 2, k + rows - 1
+        way = np.sign(case.sent[a])
+        gaps.append(way * ((model[b] - model[a]) - (case.bench[b] - case.bench[a])) / (b - a) / DT)
+    return float(np.mean(gaps))
+
+
+def speed(case: Case) -> float:
+    """The bench's steady speed along the motion [counts/s], computed as in `speed_error`."""
+    rows = round(HALVES[case.volts] / DT)
+    found = []
+    for k in range(0, len(case.t) - rows + 1, rows):
+        a, b = k + rows // 2, k + rows - 1
+        found.append(np.sign(case.sent[a]) * (case.bench[b] - case.bench[a]) / (b - a) / DT)
+    return float(np.mean(found))
+
+
+def case_claims(cases: list[Case]) -> list[Claim]:
+    return [_initial(cases), _tuned(cases)]
+
+
+def _initial(cases: list[Case]) -> Claim:
+    square = [c for c in cases if c.shape == "square"]
+    gaps = [speed_error(c, c.initial) for c in square]
+    speeds = [speed(c) for c in square]
+    low, middle, high = (abs(g) for g in gaps)
+    missed = all(abs(gaps[k]) >= MISSED * abs(speeds[k]) > 0.0 for k in (0, 2))
+    right = middle <= MISSED * speeds[1]
+    shares = [100.0 * g / v if v else float("nan") for g, v in zip(gaps, speeds, strict=True)]
+    return stated(
+        "M7",
+        gaps,
+        min(low, high) >= 4.0 * middle and missed and right,
+        shares=_list(shares),
+        inputs=_names(cases),
+        errors=_list([c.initial_error for c in cases]),
+    )
+
+
+def _tuned(cases: list[Case]) -> Claim:
+    initial = [c.initial_error for c in cases]
+    tuned = [c.tuned_error for c in cases]
+    fits = accepts("M8", *tuned) and all(b <= a + 1.0 for a, b in zip(initial, tuned, strict=True))
+    return stated("M8", tuned, fits, inputs=_names(cases), initial=_list(initial))
+
+
+def _names(cases: list[Case]) -> str:
+    return ", ".join(f"{c.volts:g} V {c.shape}" for c in cases)
+
+
+def _list(values: list[float]) -> str:
+    return ", ".join(f"{v:.1f}" for v in values)
+
+
+def nrmse(model: Array, measured: Array) -> float:
+    """RMS difference over the range of `measured` [%]."""
+    return 100.0 * float(np.sqrt(np.mean((model - measured) ** 2)) / np.ptp(measured))
 
 
 class IdentificationData(NamedTuple):
     steps: dict[float, list[Recording]]
-    found: MacroModel
+    found: Identified
     cases: list[Case]
 
 
 def collect(lab: Lab) -> IdentificationData:
     plant = lab.bench()
-    width = _friction_runs.measured(plant).width
-    steps = _identification_runs.collect(plant, lab.seed, width)
-    found = _identification_runs.identified(steps, width)
-    return IdentificationData(steps, found, _validation.collect(plant, found))
+    width = friction.measured(plant).width
+    steps = step_runs(plant, lab.seed, width)
+    found = identified(steps, width)
+    return IdentificationData(steps, found, case_runs(plant, found))
 
 
 def claims(data: IdentificationData) -> list[Claim]:
     first = ("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b")
     return judged(
-        [
-            (first, lambda: open_loop(data.found)),
-            (("M7", "M8"), lambda: _validation.claims(data.cases)),
-        ]
+        [(first, lambda: model_claims(data.found)), (("M7", "M8"), lambda: case_claims(data.cases))]
     )
 
 
@@ -59,7 +244,7 @@ def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
     return x, y, data.found.linear.simulate(u)
 
 
-def _step(data: IdentificationData) -> Drawn:
+def step(data: IdentificationData) -> Drawn:
     x, y, model = averaged(data)
     linear = data.found.linear
     t = data.steps[1.0][0]["t"][: len(x)]
@@ -98,14 +283,14 @@ def _responses(tuned: bool, data: IdentificationData) -> Drawn:
     return captioned("4.17" if tuned else "4.13", figure)
 
 
-def _jump_zone(found: MacroModel, volts: Array) -> Array:
+def _jump_zone(found: Identified, volts: Array) -> Array:
     """The tuned friction model (Figure 4.14) at each of `volts` [V]."""
     zone = found.zone
     a0, delta = zone.both.a0, zone.both.delta
     return np.array([macro.jump_zone(zone.width, a0, delta, float(v)) for v in volts])
 
 
-def _friction_model(data: IdentificationData) -> Drawn:
+def friction_model(data: IdentificationData) -> Drawn:
     found = data.found
     zone, side = found.zone, found.zone.both
     end = 5.0
@@ -121,16 +306,9 @@ def _friction_model(data: IdentificationData) -> Drawn:
         line(axes[0, 1], sign * small, lifted, GREEN, "")
         line(axes[0, 2], sign * small, _jump_zone(found, lifted), BLUE, "" if sign < 0 else "model")
     for volts, speed in found.speeds.items():
-        axes[0, 2].plot(
-            [volts],
-            [speed / zone.gain],
-            color=RED,
-            marker="o",
-            markersize=5,
-            markerfacecolor=RED if np.isclose(side.volts, volts).any() else "none",
-            linestyle="none",
-            label="bench" if volts == 1.0 else "",
-        )
+        label = "bench" if volts == 1.0 else ""
+        face = RED if np.isclose(side.volts, volts).any() else "none"
+        dots(axes[0, 2], [volts], [speed / zone.gain], RED, "o", label, markerfacecolor=face)
     line(axes[0, 2], np.array([-2.0, 2.0]), np.array([-2.0, 2.0]), BLACK, "", linestyle=":")
     finish(axes[0, 0], "(a) tuned friction model", "in [V]", "out [V]")
     finish(axes[0, 1], "(b) dead-zone inverse", "in [V]")
@@ -140,50 +318,36 @@ def _friction_model(data: IdentificationData) -> Drawn:
     return captioned("4.14", figure, side=side, zone=zone)
 
 
-def open_loop(found: MacroModel) -> list[Claim]:
+def model_claims(found: Identified) -> list[Claim]:
     return [*_speeds(found), *_linear(found), *_jump(found)]
 
 
-def _speeds(found: MacroModel) -> list[Claim]:
+def _speeds(found: Identified) -> list[Claim]:
     slow, middle, fast = (found.speeds[volts] for volts in (0.1, 1.0, 2.0))
     return [
-        stated("M2", slow, within("M2", slow)),
-        stated("M3", middle, within("M3", middle)),
-        stated("M3b", fast, within("M3b", fast), line=found.zone.speed(2.0)),
+        stated("M2", slow),
+        stated("M3", middle),
+        stated("M3b", fast, line=found.zone.speed(2.0)),
     ]
 
 
-def _linear(found: MacroModel) -> list[Claim]:
+def _linear(found: Identified) -> list[Claim]:
     a, b, gain = float(found.linear.a[0]), float(found.linear.b[0]), found.linear.gain
     den, num = found.linear.with_integrator()
     pole = within("M4a", a)
-    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else holds(False)
+    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else DIFFERS
     return [
         stated("M4a", a, pole),
         stated("M4b", b, size, gain=gain),
-        stated(
-            "M5", [float(num[0]), float(den[0]), float(den[1])], holds(pole == size == "reproduced")
-        ),
+        stated("M5", [float(num[0]), float(den[0]), float(den[1])], pole == size == REPRODUCED),
     ]
 
 
-def _jump(found: MacroModel) -> list[Claim]:
+def _jump(found: Identified) -> list[Claim]:
     side = found.zone.both
     apart = abs(found.zone.positive.a0 - found.zone.negative.a0)
-    return [
-        stated("M6a", side.a0, within("M6a", side.a0), apart=apart),
-        stated("M6b", side.delta, within("M6b", side.delta)),
-    ]
+    return [stated("M6a", side.a0, apart=apart), stated("M6b", side.delta)]
 
 
-PROCEDURE = procedure(
-    "macro-identification",
-    {
-        "4.11": _step,
-        "4.13": partial(_responses, False),
-        "4.14": _friction_model,
-        "4.17": partial(_responses, True),
-    },
-    collect,
-    claims,
-)
+initial_responses = partial(_responses, False)
+tuned_responses = partial(_responses, True)

@@ -14,8 +14,6 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.lab.drive import DT, heated
 from macromicro.lab.machine import Machine
-from macromicro.plant import bench
-from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
 
 BELOW_STOP = (1.5, 1.525, 1.55, 1.575, 1.6)
@@ -61,37 +59,29 @@ def last_of(recording: Recording, seconds: float) -> Recording:
     return Recording.from_arrays(recording.columns, arrays, recording.dt, recording.attributes)
 
 
-def collect(
-    plant: Machine | None = None,
-    seed: int = 0,
-    trials: int = TRIALS,
-    volts: Sequence[float] = BELOW_STOP + ABOVE_STOP,
-    cooled: Sequence[float] = COOLED,
-) -> StepData:
-    """The whole procedure on a bench, by default the default one.
+def collect(machine: Machine, seed: int) -> StepData:
+    """The whole procedure on a bench.
 
     Long runs are recorded at 100 Hz, others at 1 kHz. Voltages above 1.625 V reach the stop.
     """
-    machine = plant or bench.prepare(Bench(), Sensors())
 
     def runs(ctrl: Array, first: int) -> list[Recording]:
         every = 10 if len(ctrl) > 60_000 else 1
-        return [heated(machine, ctrl, first + k, every) for k in range(trials)]
+        return [heated(machine, ctrl, first + k, every) for k in range(TRIALS)]
 
     steps = {
         v: runs(step(v, HELD_S if v < 1.625 else HELD_AT_STOP_S), seed + 100 * i)
-        for i, v in enumerate(volts)
+        for i, v in enumerate(BELOW_STOP + ABOVE_STOP)
     }
-    down = {v: runs(cooling(v), seed + 5000 + 100 * i) for i, v in enumerate(cooled)}
+    down = {v: runs(cooling(v), seed + 5000 + 100 * i) for i, v in enumerate(COOLED)}
     again = np.tile(cooling(WARM), CYCLES_BEFORE + 1)
-    cycled = [heated(machine, again, seed + 9000 + k, 1) for k in range(trials)]
+    cycled = [heated(machine, again, seed + 9000 + k, 1) for k in range(TRIALS)]
     warm = tuple(last_of(r, COOL_AFTER_S + COOL_S) for r in cycled)
     return StepData(steps, down, warm)
 
 
-def for_fit(plant: Machine | None = None, seed: int = 10_000) -> list[Recording]:
+def for_fit(machine: Machine, seed: int) -> list[Recording]:
     """Runs for the better model's fit: long steps below the stop, with cooling, and a staircase."""
-    machine = plant or bench.prepare(Bench(), Sensors())
     profiles = [step(v, HELD_S) for v in BELOW_STOP]
     profiles += [cooling(v, 10.0, 20.0) for v in (1.4, 1.525, 1.575, *ABOVE_STOP, 1.9)]
     levels = (1.55, 1.7, 1.45, 1.6, 1.3, 1.65, 1.5, 0.0, 1.8, 1.4, 1.575, 0.0)
@@ -102,8 +92,7 @@ def for_fit(plant: Machine | None = None, seed: int = 10_000) -> list[Recording]
     ]
 
 
-def for_judgement(plant: Machine | None = None, seed: int = 20_000) -> dict[str, Recording]:
-    machine = plant or bench.prepare(Bench(), Sensors())
+def for_judgement(machine: Machine, seed: int) -> dict[str, Recording]:
     volts = (1.575, *ABOVE_STOP, *UNSEEN)
     profiles = {f"{v:g} V": cooling(v, HELD_AT_STOP_S, 20.0) for v in volts}
     up = (1.4, 1.5, 1.55, 1.575, 1.6, 1.65, 1.6, 1.55, 1.5, 1.4, 0.0)

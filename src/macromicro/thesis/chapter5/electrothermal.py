@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import wraps
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, note, shades
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import (
@@ -27,13 +27,7 @@ from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.captions import captioned
-from macromicro.thesis.chapter5 import (
-    _electrothermal_runs,
-    actuator_fits,
-    actuator_models,
-    kiln_runs,
-)
+from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_models, kiln_runs
 from macromicro.thesis.chapter5._electrothermal_runs import (
     ABOVE_STOP,
     BELOW_STOP,
@@ -42,19 +36,9 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
     WARM,
     StepData,
 )
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
-from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
-from macromicro.thesis.claims import (
-    Claim,
-    NotMeasured,
-    accepts,
-    holds,
-    judged,
-    printed,
-    stated,
-    within,
-)
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.chapter5.actuator_models import Models, Unfitted, full_contraction
+from macromicro.thesis.claims import Claim, NotMeasured, accepts, judged, printed, stated, within
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 PRINTED_A = printed("S5b")  # 1/V, (5.5)
@@ -107,8 +91,8 @@ def _gain(models: Models) -> list[Claim]:
     a = line.model.a
     near = accepts("S5b", a) or low <= PRINTED_A <= high
     return [
-        stated("S5a", fit.asymptote, within("S5a", fit.asymptote), fit=fit),
-        stated("S5b", a, holds(near), fit=fit, low=low, high=high),
+        stated("S5a", fit.asymptote, fit=fit),
+        stated("S5b", a, near, fit=fit, low=low, high=high),
     ]
 
 
@@ -131,7 +115,7 @@ def _mls(models: Models) -> str:
         record = models.traces[1.575].record
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # the reason says so
-            found = actuator_fits.heating_mls(record, models.thesis.steady[1.575])
+            found = actuator_models.heating_mls(record, models.thesis.steady[1.575])
         made = found.simulate(np.ones(round(60.0 / found.dt)))
     except InputError as error:
         return f"MLS, which Section 5.2.2 uses, finds no such model ({error})"
@@ -145,14 +129,7 @@ def _mls(models: Models) -> str:
 def _cooling(table: FodTable, data: StepData) -> Claim:
     """S8 as in Section 5.2.2, for an actuator cycled a few times; also from cold."""
     warm = cooling(table, data.warm, AMBIENT)
-    return stated(
-        "S8",
-        warm.time,
-        within("S8", warm.time),
-        cycles=CYCLES_BEFORE,
-        cold=_cold(table, data),
-        warm=warm,
-    )
+    return stated("S8", warm.time, cycles=CYCLES_BEFORE, cold=_cold(table, data), warm=warm)
 
 
 def _cold(table: FodTable, data: StepData) -> str:
@@ -169,7 +146,6 @@ def _whole(models: Models) -> Claim:
     return stated(
         "S10",
         [steady, ratio],
-        within("S10", steady, ratio),
         steady=steady,
         ratio=ratio,
         high=100.0 * steps[1.8].dynamic,
@@ -197,7 +173,7 @@ def printed_gain() -> list[Claim]:
     good = accepts("S9", *found) and bool((everywhere >= 0.0).all())
     silent = float(volts[rise < 0.05][-1])
     high = weighted(Weighted(), 1.9)
-    return [stated("S9", found, holds(good), silent=silent, high=high)]
+    return [stated("S9", found, good, silent=silent, high=high)]
 
 
 HOT = "temperature [degC]"
@@ -219,7 +195,20 @@ def _legend(ax: Any, place: str, columns: int = 1) -> None:
     ax.legend(fontsize=7.5, loc=place, frameon=False, ncols=columns)
 
 
-def _responses(models: Models) -> Drawn:
+def _of_models(draw: Callable[[Models], Drawn]) -> Callable[[Models | Unfitted], Drawn]:
+    """A figure that is not drawn without models."""
+
+    @wraps(draw)
+    def drawn(models: Models | Unfitted) -> Drawn:
+        if isinstance(models, Unfitted):
+            raise NotMeasured(f"no model to draw: {models.why}")
+        return draw(models)
+
+    return drawn
+
+
+@_of_models
+def responses(models: Models) -> Drawn:
     figure, axes = new(4.2, 1, 2)
     apart = []
     for v, color in zip(SHOWN_VOLTS, shades(len(SHOWN_VOLTS)), strict=True):
@@ -249,17 +238,11 @@ def _name_steps(ax: Any, volts: Sequence[float]) -> None:
         curve = curves[f"{v:g} V"]
         shift = 3 * (k == len(volts) - 1) - 3 * (k == len(volts) - 2)
         end = (curve.get_xdata()[-1], curve.get_ydata()[-1])
-        ax.annotate(
-            f"{v:g} V",
-            end,
-            (4, shift - 3),
-            textcoords="offset points",
-            fontsize=7.5,
-            color=curve.get_color(),
-        )
+        note(ax, f"{v:g} V", end, (4, shift - 3), fontsize=7.5, color=curve.get_color())
 
 
-def _steady(models: Models) -> Drawn:
+@_of_models
+def steady(models: Models) -> Drawn:
     fit = models.thesis
     volts = np.linspace(BELOW_STOP[0], 1.65, 120)
     figure, axes = new(3.8, 1)
@@ -297,7 +280,8 @@ def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) 
         _legend(ax, "lower right")
 
 
-def _linear(models: Models) -> Drawn:
+@_of_models
+def linear(models: Models) -> Drawn:
     fit = models.thesis
     figure, axes = new(3.9, 1, 3)
     _against_heating(models, axes[0, :2], lambda v: exponential(fit.nonlinear.model, v))
@@ -310,7 +294,8 @@ def _linear(models: Models) -> Drawn:
     return captioned("5.13", figure)
 
 
-def _draw_gain(_: Models) -> Drawn:
+@_of_models
+def draw_gain(_: Models) -> Drawn:
     volts, rise = curve(1.4, 1.85)
     lower, upper = exponentials(volts)
     figure, axes = new(3.6, 1)
@@ -322,14 +307,16 @@ def _draw_gain(_: Models) -> Drawn:
     return captioned("5.14", figure)
 
 
-def _weighted(models: Models) -> Drawn:
+@_of_models
+def weighted_gain(models: Models) -> Drawn:
     figure, axes = new(3.9, 1, 2)
     gain = models.thesis.model.gain
     _against_heating(models, axes[0], lambda v: weighted(gain, v))
     return captioned("5.15", figure)
 
 
-def _draw_cooling(models: Models) -> Drawn:
+@_of_models
+def draw_cooling(models: Models) -> Drawn:
     figure, axes = new(3.8, 1)
     ax = axes[0, 0]
     seconds = 2.5
@@ -357,7 +344,8 @@ def _draw_cooling(models: Models) -> Drawn:
     return captioned("5.16", figure, cycles=CYCLES_BEFORE, least=min(times), most=max(times))
 
 
-def _draw_whole(models: Models) -> Drawn:
+@_of_models
+def draw_whole(models: Models) -> Drawn:
     figure, axes = new(6.4, 2, 2)
     shown = ((BELOW_STOP, HELD_S, "1.5-1.6 V"), (ABOVE_STOP, FAST_S, "1.65-1.8 V"))
     for column, (volts, seconds, title) in enumerate(shown):
@@ -387,28 +375,9 @@ def _draw_whole(models: Models) -> Drawn:
     )
 
 
-def _fitted(draw: Callable[[Models], Drawn], models: Models | Unfitted) -> Drawn:
-    """A figure of the models; `NotMeasured` without any."""
-    if isinstance(models, Unfitted):
-        raise NotMeasured(f"no model to draw: {models.why}")
-    return draw(models)
-
-
-# Figure 5.12 is a diagram.
-FIGURES = {
-    "5.10": partial(_fitted, _responses),
-    "5.11": partial(_fitted, _steady),
-    "5.13": partial(_fitted, _linear),
-    "5.14": partial(_fitted, _draw_gain),
-    "5.15": partial(_fitted, _weighted),
-    "5.16": partial(_fitted, _draw_cooling),
-    "5.17": partial(_fitted, _draw_whole),
-}
-
-
 def collect(lab: Lab) -> Models | Unfitted:
     curves = kiln_runs.run(lab.kiln(), kiln_runs.cycles(), lab.seed)
     return actuator_models.attempted(fod_table([curves]), lab.bench(), lab.seed)
 
 
-PROCEDURE = procedure("electrothermal", FIGURES, collect, claims, arithmetic=printed_gain)
+arithmetic = printed_gain

@@ -13,12 +13,11 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify.kiln import Prediction, cleaned, window_means, without_spikes
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import kiln_runs
-from macromicro.thesis.chapter5.actuator_fits import full_contraction
+from macromicro.thesis.chapter5.actuator_models import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -81,14 +80,14 @@ def claims(runs: KilnRuns) -> list[Claim]:
 def _spikes(s: Spikes) -> Claim:
     share = 100.0 * s.changed
     if not np.isfinite(s.smooth_rms):
-        return stated("S1", None, NOT_MEASURED, "unknown", seen=s, share=share)
+        return stated("S1", None, NOT_MEASURED, wording="unknown", seen=s, share=share)
     verdict = within("S1", s.raw_max, s.smooth_rms)
-    return stated("S1", [s.raw_max, s.smooth_rms], verdict, "compared", seen=s, share=share)
+    return stated("S1", [s.raw_max, s.smooth_rms], verdict, wording="compared", seen=s, share=share)
 
 
 def _preisach(runs: KilnRuns) -> Claim:
     worst = 100.0 * max(p.share for p in runs.predictions)
-    return stated("S2", worst, within("S2", worst), profiles=len(runs.predictions))
+    return stated("S2", worst, profiles=len(runs.predictions))
 
 
 def _full(table: FodTable) -> Claim:
@@ -96,7 +95,6 @@ def _full(table: FodTable) -> Claim:
     return stated(
         "S6",
         full,
-        within("S6", full),
         count=1e3 * ENCODER_MM,
         share=100.0 * ENCODER_MM / table.span,
         early=full_contraction(table),
@@ -120,7 +118,7 @@ def first_cycle(recording: Recording) -> Recording:
     return Recording.from_arrays(recording.columns, arrays, recording.dt, {})
 
 
-def _smoothing(runs: KilnRuns) -> Drawn:
+def smoothing(runs: KilnRuns) -> Drawn:
     example = first_cycle(runs.heated.curves)
     t, shown = example["t"], example["thermocouple"]
     smooth = without_spikes(t, shown)
@@ -132,7 +130,7 @@ def _smoothing(runs: KilnRuns) -> Drawn:
     return captioned("5.5", figure, smooth=smooth)
 
 
-def _loop(runs: KilnRuns) -> Drawn:
+def loop(runs: KilnRuns) -> Drawn:
     example = first_cycle(runs.heated.curves)
     t, x = example["t"], example["position"]
     smooth = without_spikes(t, example["thermocouple"]).values
@@ -158,7 +156,7 @@ def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
     ax.plot(grid, rising, color=BLACK, linewidth=1.2, label=label, **options)
 
 
-def _curves(runs: KilnRuns) -> Drawn:
+def curves(runs: KilnRuns) -> Drawn:
     table = runs.table
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
@@ -183,7 +181,7 @@ def _three_d(figure: Figure, ax: Any) -> None:
     figure.subplots_adjust(left=0.0, right=1.0, bottom=0.03, top=1.0)
 
 
-def _surface(runs: KilnRuns) -> Drawn:
+def surface(runs: KilnRuns) -> Drawn:
     table = runs.table
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     every = 3
@@ -210,7 +208,7 @@ def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> No
     finish(axes[1], f"({letters[1]}) {name}", HOT, SHORT)
 
 
-def _comparison(runs: KilnRuns) -> Drawn:
+def comparison(runs: KilnRuns) -> Drawn:
     predictions = runs.predictions[:IN_5_9]
     figure, axes = new(2.9 * len(predictions), len(predictions), 2)
     for k, p in enumerate(predictions):
@@ -228,7 +226,7 @@ def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
     return [curves[k] for k in picked]
 
 
-def _examples(runs: KilnRuns) -> Drawn:
+def examples(runs: KilnRuns) -> Drawn:
     table = runs.table
     chosen = _chosen(table)
     figure, axes = new(4.2, 1)
@@ -242,7 +240,7 @@ def _examples(runs: KilnRuns) -> Drawn:
     return captioned("D.5", figure, chosen=len(chosen), curves=len(table.raw))
 
 
-def _points(runs: KilnRuns) -> Drawn:
+def points(runs: KilnRuns) -> Drawn:
     table = runs.table
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     top = np.concatenate([np.full(len(u), u[0]) for u, _ in table.raw])
@@ -253,7 +251,7 @@ def _points(runs: KilnRuns) -> Drawn:
     return captioned("D.6", figure, points=len(f))
 
 
-def _another(runs: KilnRuns) -> Drawn:
+def another(runs: KilnRuns) -> Drawn:
     k = IN_5_9
     p = runs.predictions[k]
     figure, axes = new(5.6, 2, 2)
@@ -268,20 +266,3 @@ def _another(runs: KilnRuns) -> Drawn:
 
 def collect(lab: Lab) -> KilnRuns:
     return identified(kiln_runs.collect(lab.kiln(), lab.seed))
-
-
-PROCEDURE = procedure(
-    "kiln",
-    {
-        "5.5": _smoothing,
-        "5.6": _loop,
-        "5.7": _curves,
-        "5.8": _surface,
-        "5.9": _comparison,
-        "D.5": _examples,
-        "D.6": _points,
-        "D.7": _another,
-    },
-    collect,
-    claims,
-)

@@ -21,7 +21,7 @@ from macromicro.rig.fixtures import KILN_PERIOD, KilnOutputs
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 from macromicro.thesis import kiln_bench
-from macromicro.thesis.kiln_bench import KILN_NOISES, Kiln, KilnBench, KilnPlant, KilnState
+from macromicro.thesis.kiln_bench import KILN_NOISES, Kiln, KilnPlant, KilnState
 
 COLUMNS = (
     Column("t", "s", "time since the start"),
@@ -232,9 +232,8 @@ class KilnData(NamedTuple):
     tests: list[Recording]
 
 
-def collect(oven: Kiln | None = None, seed: int = 0) -> KilnData:
-    """The whole procedure, by default on the virtual kiln: about half a day of its time."""
-    plant = oven or kiln_bench.prepare(KilnBench())
+def collect(plant: Kiln, seed: int) -> KilnData:
+    """The whole procedure, about half a day of the kiln's time."""
     cold = coldest(plant, seed)
     tests = [run(plant, turns, seed + 1 + k) for k, turns in enumerate(profiles(cold))]
     return KilnData(run(plant, cycles(cold=cold), seed), tests)

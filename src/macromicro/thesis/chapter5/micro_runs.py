@@ -15,10 +15,9 @@ from macromicro.arrays import Array
 from macromicro.design.response import smoothed
 from macromicro.lab.drive import heated
 from macromicro.lab.machine import Machine
-from macromicro.plant import bench
 from macromicro.programme import Programme
 from macromicro.recording import Recording
-from macromicro.runs.programmed import Runner, moves_of, on_twin
+from macromicro.runs.programmed import Runner, moves_of
 from macromicro.runs.sequence import BAND_UM, LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
 from macromicro.thesis.chapter5 import _electrothermal_runs
@@ -58,15 +57,8 @@ class MicroRuns(NamedTuple):
     settings: Settings
 
 
-def collect(
-    settings: Settings | None = None,
-    seed: int = 0,
-    run: Runner = on_twin,
-    plant: Machine | None = None,
-) -> MicroRuns:
-    """The whole procedure; `run` drives the closed loops, `plant` runs in open loop."""
-    base = settings or Settings()
-    machine = plant or bench.prepare(base.bench, base.sensors)
+def collect(base: Settings, seed: int, run: Runner, machine: Machine) -> MicroRuns:
+    """The whole procedure; `run` drives the closed loops, `machine` runs in open loop."""
 
     def opened(volts: float, seconds: float) -> Recording:
         ctrl = _electrothermal_runs.step(volts, seconds)

@@ -14,14 +14,13 @@ from macromicro.design.extension import RETURNED, Extension, extension
 from macromicro.design.response import MICRO_BAND
 from macromicro.design.vibration import DECAYED, Vibration
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, dots, finish, line, new, note
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.chapter6 import integrated_runs as integrated
 from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -134,9 +133,7 @@ def _return(ax: Axes, recording: Recording, own: Part, colour: str, name: str) -
     if left > 0.1:
         ax.plot(since[-1], left, color=colour, marker="o", fillstyle="none", ms=7)
         where = (8, 0) if colour == BLUE else (8, -6)
-        ax.annotate(
-            f"{left:.1f} um", (since[-1], left), where, textcoords="offset points", fontsize=8
-        )
+        note(ax, f"{left:.1f} um", (since[-1], left), where)
         # Room for the words to the right of the ring, where there is no noise.
         ax.set_xlim(right=max(ax.get_xlim()[1], 1.22 * since[-1]))
 
@@ -149,15 +146,8 @@ def _label(ax: Axes, since: Array, laser: Array, bias: Bias) -> None:
     if not at.any():
         return
     shown = float(laser[at].mean())
-    ax.annotate(
-        f"bias {-shown:.1f} um",
-        (3.65, shown),
-        (0, -38),
-        textcoords="offset points",
-        fontsize=8,
-        horizontalalignment="center",
-        arrowprops={"arrowstyle": "->", "linewidth": 0.7},
-    )
+    arrow = {"arrowstyle": "->", "linewidth": 0.7}
+    note(ax, f"bias {-shown:.1f} um", (3.65, shown), (0, -38), ha="center", arrowprops=arrow)
 
 
 def _by_cycle(ax: Any, bias: Bias) -> None:
@@ -288,7 +278,7 @@ def vibration(runs: IntegratedRuns) -> Drawn:
         ax.axhspan(low, high, color=GREEN, alpha=0.15, linewidth=0)
         ax.axhline(printed, color="0.4", linestyle="--", linewidth=1.0)
         shown = [np.nan if v is None else v for v in values]
-        ax.plot(np.arange(1, len(shown) + 1), shown, color=BLUE, marker="o", ms=5, linestyle="")
+        dots(ax, np.arange(1, len(shown) + 1), shown, BLUE, "o")
         ax.set_ylim(0.0, 1.3 * high)
         finish(ax, title, "macro move")
         ax.margins(x=0.06)
@@ -347,15 +337,6 @@ def collect(lab: Lab) -> IntegratedRuns:
     return integrated.collect(lab.settings, lab.seed, lab.runner())
 
 
-PROCEDURE = procedure(
-    "integrated",
-    {
-        "6.2": response,
-        "6.3": vibration,
-        "6.4": partial(cycling, number="6.4"),
-        "6.5": partial(cycling, number="6.5"),
-        "6.5 (squares)": squares,
-    },
-    collect,
-    integrated.claims,
-)
+cycling_warm = partial(cycling, number="6.4")
+cycling_cooled = partial(cycling, number="6.5")
+claims = integrated.claims

@@ -20,7 +20,7 @@ from macromicro.design.response import MoveResult
 from macromicro.design.vibration import CREEP, Vibration, vibration
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.runs.programmed import Runner, load, moves_of, on_twin
+from macromicro.runs.programmed import Runner, load, moves_of
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
 from macromicro.thesis.claims import (
@@ -28,7 +28,6 @@ from macromicro.thesis.claims import (
     NotMeasured,
     accepts,
     band,
-    holds,
     judged,
     reached,
     stated,
@@ -57,10 +56,7 @@ def _squares() -> Programme:
     return micro_steps([1e-3 * RANGE_MM[1], 1e-3 * RANGE_MM[0]] * SQUARES, SQUARE_HOLD_S)
 
 
-def collect(
-    settings: Settings | None = None, seed: int = 0, run: Runner = on_twin
-) -> IntegratedRuns:
-    base = settings or Settings()
+def collect(base: Settings, seed: int, run: Runner) -> IntegratedRuns:
     single = thesis_input(base)
     ten = single.repeated(CYCLES)
     return IntegratedRuns(
@@ -165,15 +161,14 @@ def _number(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
-    seen = runs or collect()
+def claims(runs: IntegratedRuns) -> list[Claim]:
     return judged(
         [
-            ("I1", lambda: _sequence(turns(seen.warm, seen.single))),
-            ("I2", lambda: _vibration(seen)),
-            ("I3", lambda: _warming(seen)),
-            ("I4", lambda: _cooling(seen)),
-            ("I6", lambda: _bandwidth(seen)),
+            ("I1", lambda: _sequence(turns(runs.warm, runs.single))),
+            ("I2", lambda: _vibration(runs)),
+            ("I3", lambda: _warming(runs)),
+            ("I4", lambda: _cooling(runs)),
+            ("I6", lambda: _bandwidth(runs)),
         ]
     )
 
@@ -184,7 +179,7 @@ def _sequence(found: list[Turn]) -> Claim:
     return stated(
         "I1",
         waits,
-        holds(good and len(found) > 0),
+        good and len(found) > 0,
         count=len(found),
         moved=_span([t.moved for t in found]),
         waited=_span(waits),
@@ -208,7 +203,7 @@ def _vibration(runs: IntegratedRuns) -> Claim:
     return stated(
         "I2",
         [float(np.mean(size)), float(np.mean(decay))],
-        holds(good),
+        good,
         count=len(found),
         expected=expected,
         creep=1e3 * CREEP,
@@ -234,10 +229,10 @@ def _warming(runs: IntegratedRuns) -> Claim:
         "worst": bias.worst,
     }
     if last.true_bias_um is None:
-        return stated("I3", measured, holds(good), "recording", **values)
+        return stated("I3", measured, good, wording="recording", **values)
     left, true = _number(last.left_um), last.true_bias_um
     good = good and abs(shown[1] - left) < 0.5 * shown[1]
-    return stated("I3", measured, holds(good), "truth", true=true, left=left, **values)
+    return stated("I3", measured, good, wording="truth", true=true, left=left, **values)
 
 
 def _cooling(runs: IntegratedRuns) -> Claim:
@@ -248,7 +243,7 @@ def _cooling(runs: IntegratedRuns) -> Claim:
     return stated(
         "I4",
         time,
-        holds(accepts("I4", time) and bias.worst < 5.0),
+        accepts("I4", time) and bias.worst < 5.0,
         slowest=_number(last.slowest_s),
         worst=bias.worst,
         bias=_number(last.bias_um),

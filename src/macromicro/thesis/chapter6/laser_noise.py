@@ -10,16 +10,13 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.control.pi import PiAntiWindup
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLUE, GREEN, RED, finish, line, new
+from macromicro.drawing.style import BLUE, GREEN, RED, dots, finish, line, new
 from macromicro.lab.drive import by_laser, heated
 from macromicro.lab.machine import Machine
-from macromicro.plant import bench
-from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
-from macromicro.thesis.captions import captioned
 from macromicro.thesis.chapter5 import _electrothermal_runs
-from macromicro.thesis.claims import Claim, accepts, band, holds, judged, stated, within
-from macromicro.thesis.contents import procedure
+from macromicro.thesis.claims import Claim, accepts, band, judged, stated, within
+from macromicro.thesis.contents import captioned
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -54,8 +51,7 @@ class LaserRuns(NamedTuple):
     calmer: list[Recording]  # the same with lower gains
 
 
-def recorded(plant: Machine | None = None, seed: int = 0) -> LaserRuns:
-    machine = plant or bench.prepare(Bench(), Sensors())
+def recorded(machine: Machine, seed: int = 0) -> LaserRuns:
     still = _electrothermal_runs.step(0.0, RECORDS * WINDOW_S)
 
     def held(law: PiAntiWindup) -> list[Recording]:
@@ -84,9 +80,8 @@ def astray(recording: Recording) -> float:
     return abs(float(recording["laser"][late].mean()) - goal)
 
 
-def claims(runs: LaserRuns | None = None) -> list[Claim]:
-    seen = runs or recorded()
-    return judged([("I5", lambda: _rest(seen)), ("I7", lambda: _accuracy(seen))])
+def claims(runs: LaserRuns) -> list[Claim]:
+    return judged([("I5", lambda: _rest(runs)), ("I7", lambda: _accuracy(runs))])
 
 
 def _rest(seen: LaserRuns) -> Claim:
@@ -109,7 +104,7 @@ def _accuracy(seen: LaserRuns) -> Claim:
     return stated(
         "I7",
         max(calm),
-        holds(accepts("I7", max(calm), off)),
+        accepts("I7", max(calm), off),
         calm=len(calm),
         places=(1e3 * SET_POINTS[0], 1e3 * SET_POINTS[-1]),
         seconds=SETTLE_S,
@@ -157,27 +152,16 @@ def _reading(ax: Axes, t: Array, values: Array, colour: str, label: str) -> None
 
 
 def _amplitudes(ax: Axes, runs: LaserRuns, rest: list[float]) -> None:
-    ax.plot([0.0] * len(rest), rest, color=BLUE, marker="o", ms=4, linestyle="", label="at rest")
+    dots(ax, [0.0] * len(rest), rest, BLUE, "o", "at rest", markersize=4)
     for held, law, colour, marker in (
         (runs.calmer, CALMER, GREEN, "^"),
         (runs.printed, PRINTED, RED, "v"),
     ):
         place = [float(r["micro_reference"][-1]) for r in held]
         size = [last_window(r) for r in held]
-        ax.plot(
-            place,
-            size,
-            color=colour,
-            marker=marker,
-            ms=4,
-            linestyle="",
-            label=f"Ki = {1e-3 * law.ki:g}",
-        )
+        dots(ax, place, size, colour, marker, f"Ki = {1e-3 * law.ki:g}", markersize=4)
     ax.axhline(PRINTED_UM, color="0.3", linestyle="--", linewidth=1.0)
     ax.margins(y=0.1)
     ax.set_ylim(bottom=0.0)
     finish(ax, "(d) amplitudes", "set point [mm]", "[um]", legend=True)
     ax.margins(x=0.04)
-
-
-PROCEDURE = procedure("laser-noise", {"6.6": draw}, collect, claims)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit
 from macromicro.drawing.files import PNG, SVG
-from macromicro.drawing.page import filled
+from macromicro.drawing.page import filled, uri
 from macromicro.report.provenance import software
 from macromicro.schema import config
 from macromicro.settings import Settings
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 TEMPLATE = Path(__file__).with_name("reproduction.html.j2")
+_OWN = ("main", "summary", "contents", "figures", "claims", "errata", "provenance", "kinds")  # ids
 _FEW = 6  # numbers of a list that the overview shows
 _TONES = {REPRODUCED: "good", DIFFERS: "bad"}
 _PROLOG = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", re.DOTALL)
@@ -51,17 +51,8 @@ class _Proof(NamedTuple):
 def page(results: Sequence[Result], procedures: Sequence[Procedure], about: About) -> str:
     """The page as HTML. All text is escaped; our own diagrams are inserted."""
     anchors = Anchors()
-    for taken in (
-        "main",
-        "summary",
-        "contents",
-        "figures",
-        "claims",
-        "errata",
-        "provenance",
-        "kinds",
-    ):
-        anchors.take(taken)
+    for own in _OWN:
+        anchors.take(own)
     chapters = placed(results, procedures, anchors)
     parts = [part for chapter in chapters for part in chapter.parts]
     cards = [
@@ -88,13 +79,9 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
         provenance=_provenance(results, about),
         overrides=config.difference(about.settings, Settings()),
         few=_FEW,
-        printed=claim_text.printed,
-        accepted=claim_text.accepted,
-        notes=claim_text.notes,
-        numbers=claim_text.numbers,
-        with_unit=claim_text.with_unit,
+        text=claim_text,
         tone=lambda claim: _TONES.get(claim.verdict, "open"),
-        uri=_uri,
+        uri=uri,
         size=_size,
         inline=_inline,
         room=_room,
@@ -118,11 +105,6 @@ def _provenance(results: Sequence[Result], about: About) -> list[tuple[str, str]
         ("started", about.started),
         ("took", f"{about.seconds:.1f} s; its procedures {at_work:.1f} s one after the other"),
     ]
-
-
-def _uri(exhibit: Exhibit) -> str:
-    assert isinstance(exhibit.data, bytes)
-    return f"data:image/png;base64,{base64.b64encode(exhibit.data).decode()}"
 
 
 def _size(exhibit: Exhibit) -> tuple[int, int]:

@@ -1,14 +1,49 @@
-"""Settings of any machine, printed; which machine a file is for."""
+"""``macromicro config show``: the settings of any machine."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
+import typer
+
+from macromicro.commands.options import command
 from macromicro.errors import InputError, ProblemError
 
+app = typer.Typer(
+    name="config", help="Settings of bench, sensors, controller and guard.", no_args_is_help=True
+)
 
-def show(name: str | None, key: str | None, law: str | None, config: Path | None = None) -> None:
+
+@command(app)
+def show(
+    key: str | None = None,
+    machine: str | None = None,
+    law: str | None = None,
+    axis: str | None = None,
+    config: Path | None = None,
+) -> None:
+    """Print settings as TOML with units, meaning and source.
+
+    Without a file they are the defaults. With --law MODULE:LAW the gains of that law are included
+    as `controller.own`. The tables of the live machine are printed by their names, `live` and
+    `serve`.
+    """
+    if axis is not None:
+        for name, value in (("KEY", key), ("--machine", machine), ("--law", law)):
+            if value is not None:
+                raise ProblemError(name, "not allowed with --axis, which prints a whole axis of xy")
+        _show_axis(config, axis)
+        return
+    if machine is None and key is not None and key.partition(".")[0] in ("live", "serve"):
+        from macromicro.serve.choosing import load
+
+        print(load(config, law).tables(key), end="")
+        return
+    _show(machine, key, law, config)
+
+
+def _show(name: str | None, key: str | None, law: str | None, config: Path | None) -> None:
     """Print a machine's default settings, or those of a file with the values derived from them."""
     from macromicro.machines import compositions
 
@@ -37,7 +72,7 @@ def _warn(settings: Any, key: str | None = None) -> None:
             print(f"# warning: {each.text}")
 
 
-def show_axis(config: Path | None, axis: str) -> None:
+def _show_axis(config: Path | None, axis: str) -> None:
     """Print one stage of a machine of several as settings of a machine of its own."""
     from macromicro.machines import composite, compositions
     from macromicro.machines.machine import JOINT, as_toml

@@ -1,4 +1,4 @@
-"""A run into its folder, as the commands perform it."""
+"""``macromicro run PROGRAMME``: a motion programme on a machine, into a folder; the examples."""
 
 from __future__ import annotations
 
@@ -6,15 +6,75 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from macromicro.commands.group import compiling, tell
+from macromicro.commands.options import PNG
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import say
 
 if TYPE_CHECKING:
     from macromicro.runs.job import Request
+
+
+def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
+    programme: str | None = None,
+    out: Path | None = None,
+    config: Path | None = None,
+    cycles: int = 1,
+    fan: bool = False,
+    seed: int = 0,
+    rig: str = "twin",
+    port: str | None = None,
+    loop: str | None = None,
+    calibration: Path | None = None,
+    law: str | None = None,
+    yes: bool = False,
+    figures: str = PNG,
+    as_json: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Run a motion programme on the simulated machine or on a rig.
+
+    --config names the machine. Without a programme the thesis' integrated test (Chapter 6) runs.
+    On replay:FILE nothing moves: controller and guard read the sensors of that recording, to its
+    end. On your own rig the command prints what will move and asks first. A settings file with
+    machine = "axis" is for one motor-driven axis, machine = "xy" for two with
+    coordinated motion (docs/machines.md).
+    """
+    from macromicro.drawing.files import formats
+    from macromicro.rig.board.named import joined
+    from macromicro.runs.job import Request
+
+    with Signals() as signals:
+        try:
+            kinds = formats(figures)
+            rig = joined(rig, port, loop, calibration)
+            request = Request(programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
+            perform(request, as_json, yes, signals)
+        except KeyboardInterrupt:
+            say("interrupted")
+            raise typer.Exit(signals.status) from None
+
+
+def programmes(name: str | None = None) -> None:
+    """List the example programmes, or print one."""
+    from macromicro import programme
+    from macromicro.errors import InputError
+    from macromicro.schema.text import printable
+
+    examples = programme.shipped()
+    if name is None:
+        for each, path in examples.items():
+            first = path.read_text(encoding="utf-8").partition("\n")[0]
+            print(f"{each:14}{first.lstrip('# ')}")
+        return
+    if name not in examples:
+        raise InputError("programme", printable(name), f"one of {', '.join(examples)}")
+    print(examples[name].read_text(encoding="utf-8"), end="")
 
 
 def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> None:
@@ -47,7 +107,7 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
         except OSError as error:
             reason = error.strerror or str(error)
             said = f"the report could not be written: {reason}; the recording is in {job.out}"
-            print(f"macromicro: {said}", file=sys.stderr)
+            say(said)
             raise typer.Exit(signals.status or 1) from None
         if as_json:
             print(to_json(report.summary), end="")
@@ -56,15 +116,13 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
             if learned is not None:
                 print(f"the law has learned: continue with --config {learned}")
         if report.problems:
-            print(f"macromicro: {'; '.join(report.problems)}", file=sys.stderr)
+            say("; ".join(report.problems))
         if report.problems or signals.received:
             raise typer.Exit(signals.status or 1)
 
 
 def performed(
-    job: Any,
-    bar: AbstractContextManager[Callable[[float, int], None]],
-    signals: Signals,
+    job: Any, bar: AbstractContextManager[Callable[[float, int], None]], signals: Signals
 ) -> Any:
     """The run that a job describes. A signal ends the run with a whole recording and no report."""
     from macromicro.runs.job import Stop, execute
@@ -84,5 +142,5 @@ def performed(
             return execute(job, step)
     except Stop:
         said = f"interrupted at {reached:.3f} s; the recording is in {job.out}"
-        print(f"macromicro: {said}", file=sys.stderr)
+        say(said)
         raise typer.Exit(signals.status) from None

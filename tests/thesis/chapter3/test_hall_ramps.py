@@ -10,12 +10,14 @@ from macromicro.errors import InputError
 from macromicro.identify.hall import calibrate
 from macromicro.plant import bench, hall
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.thesis import hall_ramps
+from macromicro.thesis.chapter3 import hall_calibration
+
+PLANT = bench.prepare(Bench(), Sensors())
 
 
 def test_shipped_table_is_what_the_procedure_gives() -> None:
     """The controller's table was measured, not copied from the bench."""
-    made = hall_ramps.table()
+    made = calibrate(hall_calibration.ramps(PLANT))
     shipped = calibration.shipped()
     assert (shipped.low, shipped.step) == (made.low, pytest.approx(made.step))
     np.testing.assert_allclose(shipped.position, made.position, atol=1e-9)
@@ -23,10 +25,9 @@ def test_shipped_table_is_what_the_procedure_gives() -> None:
 
 def test_table_is_within_two_micrometres_of_the_bench() -> None:
     """Two independent calibrations, and the bench's own curve, agree."""
-    plant = bench.prepare(Bench(), Sensors())
-    for table in (calibration.shipped(), hall_ramps.table(seed=7)):
+    for table in (calibration.shipped(), calibrate(hall_calibration.ramps(PLANT, 7))):
         x = np.linspace(0.05e-3, 3.95e-3, 300)
-        volts = [hall.volts(plant.hall, v, 0.0) for v in x]
+        volts = [hall.volts(PLANT.hall, v, 0.0) for v in x]
         read = [calibration.position(table, v) for v in volts]
         assert np.max(np.abs(np.array(read) - x)) < 2e-6
 
