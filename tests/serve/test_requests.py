@@ -24,8 +24,7 @@ from macromicro.serve.requests import (
     RequestType,
 )
 from macromicro.serve.scpi import _motion
-from macromicro.serve.scpi._header import Tree
-from macromicro.serve.scpi._message import parse
+from macromicro.serve.scpi._message import Tree, parse
 from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.server import attempt
 from macromicro.serve.scpi.tree import COMMANDS

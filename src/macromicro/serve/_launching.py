@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.portable import READ_WRITE
 from macromicro.serve import link
-from macromicro.serve.choosing import AnySettings
 from macromicro.serve.persist import Kept
+from macromicro.serve.settings import AnySettings
 from macromicro.serve.shared import Shared
 
 LIVE = "macromicro.serve.live:make"

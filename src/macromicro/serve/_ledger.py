@@ -16,7 +16,7 @@ from macromicro.serve._background import on_loop
 from macromicro.serve._trail import Trail
 
 if TYPE_CHECKING:
-    from macromicro.serve.choosing import AnySettings
+    from macromicro.serve.settings import AnySettings
 
 
 class InForce:
@@ -25,7 +25,7 @@ class InForce:
     def __init__(self, settings: AnySettings) -> None:
         self._settings = settings
         self.control: Any = settings.controller
-        self._speeds: dict[str, float] = settings.speeds
+        self._speeds: dict[str, float] = settings.facts.speeds
 
     def speed(self, stage: str) -> float:
         """Maximum speed of moves of a stage [m/s]; NaN if its law sets the speed."""
@@ -34,7 +34,7 @@ class InForce:
     def follow(self, event: Event) -> None:
         """Take over what an event has changed."""
         if event.kind == "loop" and event.cause == "started":
-            self.control, self._speeds = self._settings.controller, self._settings.speeds
+            self.control, self._speeds = self._settings.controller, self._settings.facts.speeds
         elif event.kind == "gains":
             known = {e.path for e in entries(self.control)}
             for path, change in event.evidence.items():

@@ -40,8 +40,8 @@ from macromicro.serve.ticking import Loop
 if TYPE_CHECKING:
     from macromicro.serve._machine import Guard as Guarded
     from macromicro.serve._machine import Machine
-    from macromicro.serve.choosing import AnySettings
     from macromicro.serve.live import Live
+    from macromicro.serve.settings import AnySettings
 
 _KERNELS = ("twin._bench", "guarded._guard", "surveying._survey")
 _REST = 200  # periods within which a motion is braked, and the carriage seen to stand

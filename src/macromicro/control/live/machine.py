@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from macromicro.control import calibration
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _follow, _homing, _jog, _moves, _programme, brake, survey
+from macromicro.control.live import _homing, _moves, _programme, _steering, brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live._effort import NONE, Efforts, rested
@@ -78,8 +78,8 @@ def _work(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[L
 _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
     Settle: _moves.fine,
     Approach: _moves.coarse,
-    Jogged: _jog.step,
-    Followed: _follow.step,
+    Jogged: _steering.step,
+    Followed: _steering.step,
     Running: _programme.step,
     Search: _homing.step,
     Braking: brake.step,

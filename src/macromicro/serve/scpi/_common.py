@@ -17,7 +17,7 @@ _BITS = Number("mask", lo=0, hi=65535, rounds=True)
 
 
 def _idn(call: Call) -> Answer:
-    return f"macromicro,{call.session.instrument.settings.model},0,{macromicro.__version__}"
+    return f"macromicro,{call.session.instrument.settings.facts.model},0,{macromicro.__version__}"
 
 
 async def _rst(call: Call) -> Answer:

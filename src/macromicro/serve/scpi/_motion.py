@@ -9,10 +9,9 @@ from typing import Any
 from macromicro.control.live.messages import ALL, AXES, STAGES, Enable, Refused
 from macromicro.serve import unconfirmed
 from macromicro.serve.requests import POINTS, Field, RequestType, ends, of_axes, streamed
-from macromicro.serve.scpi._answers import number
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
 from macromicro.serve.scpi._session import Session
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic, number
 from macromicro.serve.scpi.errors import ScpiError, quoted
 
 _ENDS = ("MINimum", "MAXimum")

@@ -5,8 +5,16 @@ from collections.abc import Iterator
 
 from macromicro.control.live.messages import AXES
 from macromicro.serve import telling
-from macromicro.serve.scpi._answers import flag, number, numbers
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
+from macromicro.serve.scpi.command import (
+    Answer,
+    Call,
+    Command,
+    Handler,
+    flag,
+    mnemonic,
+    number,
+    numbers,
+)
 from macromicro.serve.scpi.errors import quoted
 from macromicro.serve.telling import calibrations
 
@@ -44,21 +52,15 @@ def _trust(call: Call) -> Answer:
     return f"{flag(now.trusted)},{quoted(now.trust)}"
 
 
-def _stage_position(call: Call) -> Answer:
-    now = call.session.snapshot()
-    return number(now.macro_count if call.suffixes[0] == 1 else telling.millimetres(now.micro_m))
+def _of_stage(macro: str, micro: str) -> Handler:
+    """Query one stage by these fields of the snapshot; lengths are in mm."""
 
+    def act(call: Call) -> Answer:
+        field = macro if call.suffixes[0] == 1 else micro
+        value = getattr(call.session.snapshot(), field)
+        return number(telling.millimetres(value) if field.endswith("_m") else value)
 
-def _stage_target(call: Call) -> Answer:
-    now = call.session.snapshot()
-    return number(
-        now.macro_reference if call.suffixes[0] == 1 else telling.millimetres(now.micro_reference_m)
-    )
-
-
-def _stage_output(call: Call) -> Answer:
-    now = call.session.snapshot()
-    return number(now.motor_v if call.suffixes[0] == 1 else now.ctrl_v)
+    return act
 
 
 def _fault(call: Call) -> Answer:
@@ -130,17 +132,22 @@ COMMANDS = (
     ),
     Command(
         f"{_STAGE}:POSition?",
-        _stage_position,
+        _of_stage("macro_count", "micro_m"),
         "Reading of one stage: 1 macro, 2 micro.",
         answer="counts, or mm of contraction",
     ),
     Command(
         f"{_STAGE}:TARGet?",
-        _stage_target,
+        _of_stage("macro_reference", "micro_reference_m"),
         "Set point of one stage.",
         answer="counts, or mm of contraction",
     ),
-    Command(f"{_STAGE}:OUTPut?", _stage_output, "Output to one stage.", answer="V at the D/A"),
+    Command(
+        f"{_STAGE}:OUTPut?",
+        _of_stage("motor_v", "ctrl_v"),
+        "Output to one stage.",
+        answer="V at the D/A",
+    ),
     Command(
         "TEMPerature?",
         lambda call: number(call.session.snapshot().temperature_c),

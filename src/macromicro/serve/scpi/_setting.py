@@ -4,10 +4,9 @@ from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
 from macromicro.schema.par import Entry, entries
 from macromicro.serve.requests import CONTROL, STOPS, TOKEN
-from macromicro.serve.scpi._answers import number, numbers
 from macromicro.serve.scpi._motion import commands, stop
 from macromicro.serve.scpi._parameters import NameOrBlock, Number, NumberOrText, Text, Word
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, number, numbers
 from macromicro.serve.scpi.errors import ScpiError, quoted
 
 _ENDS = ("MINimum", "MAXimum", "DEFault")

@@ -5,9 +5,8 @@ import json
 from macromicro.control.live.messages import Refused
 from macromicro.serve import telling
 from macromicro.serve.requests import TOKEN
-from macromicro.serve.scpi._answers import block, number
 from macromicro.serve.scpi._parameters import Number, Text
-from macromicro.serve.scpi.command import Answer, Call, Command
+from macromicro.serve.scpi.command import Answer, Call, Command, block, number
 from macromicro.serve.scpi.errors import ScpiError, quoted
 
 VERSION = "1999.0"

@@ -85,13 +85,12 @@ def event_bit(number: int) -> int:
 class ErrorQueue:
     """First in, first out; the last entry of a full queue becomes -350 (21.8.1)."""
 
-    def __init__(self, size: int = QUEUE) -> None:
-        self._size = size
+    def __init__(self) -> None:
         self._entries: deque[Entry] = deque()
 
     def put(self, error: ScpiError) -> int:
         """Append an error; the number queued, -350 on overflow."""
-        if len(self._entries) >= self._size:
+        if len(self._entries) >= QUEUE:
             self._entries[-1] = Entry(-350, TEXTS[-350])
             return -350
         detail = f";{error.detail}" if error.detail else ""

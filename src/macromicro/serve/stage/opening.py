@@ -28,13 +28,12 @@ from macromicro.rig.twin import VirtualClock
 from macromicro.serve._launching import Spec
 from macromicro.serve._machine import Opened
 from macromicro.serve._programmes import USUAL
-from macromicro.serve.choosing import AnySettings
+from macromicro.serve.settings import AnySettings, StageSettings
 from macromicro.serve.stage import guide
 from macromicro.serve.stage._group import StageGroup
 from macromicro.serve.stage._machine import Led
-from macromicro.serve.stage._together import Together
+from macromicro.serve.stage._playing import Together
 from macromicro.serve.stage.rig import Guarded, Real, Simulated
-from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.warming import rehearse
 from macromicro.types import ENABLE, QUIET
 
