@@ -10,6 +10,7 @@ from macromicro.serve.scpi.command import (
     Call,
     Command,
     Handler,
+    command,
     flag,
     mnemonic,
     number,
@@ -104,95 +105,20 @@ def of_stages(axes: tuple[str, ...]) -> Iterator[Command]:
 
 
 COMMANDS = (
-    Command(
-        "MODE?",
-        lambda call: quoted(call.session.snapshot().mode),
-        "Mode of the machine.",
-        answer='"disabled", "homing", "ready", "moving-macro", "settling", "moving-micro", '
-        '"holding", "fault", "stopped"; "off" without a loop process',
-    ),
-    Command(
-        "POSition[:ABSolute]?",
-        _position,
-        "Position of the whole positioner, and its uncertainty.",
-        answer="position mm, uncertainty mm (half width), 1 if it is trusted else 0",
-    ),
-    Command(
-        "POSition:POINt?",
-        _point,
-        "Positions of all stages of a machine of several, in their order.",
-        answer="x mm, y mm, ..., 1 if all are trusted else 0; 9.91E37 without such stages",
-    ),
+    command("MODE?", lambda call: quoted(call.session.snapshot().mode)),
+    command("POSition[:ABSolute]?", _position),
+    command("POSition:POINt?", _point),
     *of_stages(AXES),
-    Command(
-        "POSition:TRUSt?",
-        _trust,
-        "Whether the position is trusted, and why.",
-        answer='1 or 0, "why"',
-    ),
-    Command(
-        f"{_STAGE}:POSition?",
-        _of_stage("macro_count", "micro_m"),
-        "Reading of one stage: 1 macro, 2 micro.",
-        answer="counts, or mm of contraction",
-    ),
-    Command(
-        f"{_STAGE}:TARGet?",
-        _of_stage("macro_reference", "micro_reference_m"),
-        "Set point of one stage.",
-        answer="counts, or mm of contraction",
-    ),
-    Command(
-        f"{_STAGE}:OUTPut?",
-        _of_stage("motor_v", "ctrl_v"),
-        "Output to one stage.",
-        answer="V at the D/A",
-    ),
-    Command(
-        "TEMPerature?",
-        lambda call: number(call.session.snapshot().temperature_c),
-        "Temperature of the wires, estimated from their control voltage.",
-        answer="deg C",
-    ),
-    Command(
-        "FAN?", lambda call: flag(call.session.snapshot().fan), "Is the fan on?", answer="1 or 0"
-    ),
-    Command(
-        "ENABle?",
-        lambda call: flag(call.session.snapshot().enabled),
-        "Is the positioner enabled?",
-        answer="1 or 0",
-    ),
-    Command(
-        "FAULt?",
-        _fault,
-        "The latched fault in words.",
-        answer='code, "name", "message", "evidence", "remedy"; code 0 for none',
-    ),
-    Command(
-        "LINes?",
-        _lines,
-        "Existing limit and home switches and drive lines.",
-        answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if '
-        'it is on or tripped else 0, for each; "",0 for none',
-    ),
-    Command(
-        "CALibration?",
-        _calibrations,
-        "The calibration of each calibrated stage: when it was measured, and its temperatures.",
-        answer='"stage", "date", mean, lowest and highest deg C, for each; "","",9.91E37,9.91E37,'
-        "9.91E37 for none",
-    ),
-    Command(
-        "DIAGnostic:PACE?",
-        _pace,
-        "How well the loop keeps its period.",
-        answer="periods, missed, share missed of late, greatest lateness us, longest work us",
-    ),
-    Command(
-        "DIAGnostic:ABORt?",
-        lambda call: number(call.session.snapshot().emergency_s * 1e3),
-        "Time from the last emergency stop until the outputs were safe.",
-        answer="ms",
-    ),
+    command("POSition:TRUSt?", _trust),
+    command(f"{_STAGE}:POSition?", _of_stage("macro_count", "micro_m")),
+    command(f"{_STAGE}:TARGet?", _of_stage("macro_reference", "micro_reference_m")),
+    command(f"{_STAGE}:OUTPut?", _of_stage("motor_v", "ctrl_v")),
+    command("TEMPerature?", lambda call: number(call.session.snapshot().temperature_c)),
+    command("FAN?", lambda call: flag(call.session.snapshot().fan)),
+    command("ENABle?", lambda call: flag(call.session.snapshot().enabled)),
+    command("FAULt?", _fault),
+    command("LINes?", _lines),
+    command("CALibration?", _calibrations),
+    command("DIAGnostic:PACE?", _pace),
+    command("DIAGnostic:ABORt?", lambda call: number(call.session.snapshot().emergency_s * 1e3)),
 )

@@ -17,7 +17,7 @@ from macromicro.serve.capturing import MOST_SIGNALS, SLOPES, TRIGGERS, Captured
 from macromicro.serve.requests import CONTROL
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Text, Word
 from macromicro.serve.scpi._session import Session
-from macromicro.serve.scpi.command import Answer, Call, Command, block, flag, number
+from macromicro.serve.scpi.command import Answer, Call, Command, block, command, flag, number
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.shared import RING_S
 
@@ -109,9 +109,12 @@ _SLOPES = dict(zip(("POS", "NEG", "EITH"), SLOPES, strict=True))
 
 
 def _setting(
-    header: str, field: str, text: str, parameter: Parameter, answer: str,
-    words: dict[str, str] | None = None, formatted: Callable[[Any], str] = number,
-) -> Iterator[Command]:  # fmt: skip
+    header: str,
+    field: str,
+    parameter: Parameter,
+    words: dict[str, str] | None = None,
+    formatted: Callable[[Any], str] = number,
+) -> Iterator[Command]:
     """A setting of the trigger or of the capture, and its query."""
     trigger = header.startswith("TRIGger")
 
@@ -131,8 +134,8 @@ def _setting(
             return next(word for word, meant in words.items() if meant == value)
         return formatted(value)
 
-    yield Command(header, put, text, (parameter,))
-    yield Command(f"{header}?", get, "The setting.", answer=answer)
+    yield command(header, put, (parameter,))
+    yield command(f"{header}?", get)
 
 
 def _signals(call: Call) -> Answer:
@@ -180,73 +183,33 @@ def _units(call: Call) -> Answer:
 
 
 WAVEFORMS = (
-    Command(
+    command(
         "FORMat[:DATA]",
         _format,
-        "How WAVeform:DATA? answers: numbers as text, or a binary block.",
         (Word("type", ("ASCii", "REAL")), Number("length", lo=0, hi=64, whole=True, optional=True)),
     ),
-    Command("FORMat[:DATA]?", _asked_format, "The format.", answer="ASC,0 or REAL,32 or REAL,64"),
-    Command(
-        "FORMat:BORDer",
-        _border,
-        "Order of a binary number's bytes: most significant first (NORMal) or last.",
-        (Word("order", ("NORMal", "SWAPped")),),
-    ),
-    Command(
-        "FORMat:BORDer?",
-        lambda call: "SWAP" if call.session.swapped else "NORM",
-        "The order.",
-        answer="NORM or SWAP",
-    ),
-    Command(
-        "WAVeform:CATalog?",
-        lambda call: ",".join(quoted(c.name) for c in _columns(call)),
-        "Columns of the telemetry.",
-        answer="names",
-    ),
-    Command(
-        "WAVeform:UNITs?",
-        lambda call: ",".join(quoted(c.unit) for c in _columns(call)),
-        "Units of these columns.",
-        answer="units",
-    ),
-    Command(
-        "WAVeform:INTerval?",
-        lambda call: number(call.session.instrument.period),
-        "Time between two values.",
-        answer="s",
-    ),
-    Command(
+    command("FORMat[:DATA]?", _asked_format),
+    command("FORMat:BORDer", _border, (Word("order", ("NORMal", "SWAPped")),)),
+    command("FORMat:BORDer?", lambda call: "SWAP" if call.session.swapped else "NORM"),
+    command("WAVeform:CATalog?", lambda call: ",".join(quoted(c.name) for c in _columns(call))),
+    command("WAVeform:UNITs?", lambda call: ",".join(quoted(c.unit) for c in _columns(call))),
+    command("WAVeform:INTerval?", lambda call: number(call.session.instrument.period)),
+    command(
         "WAVeform:DATA?",
         _data,
-        "The last seconds of one column, the newest value last.",
         (Text("column", 40, bare=True), Number("duration", "s", 0.0, RING_S)),
-        answer="numbers, or a block of given length, as FORMat says",
         cost=50,
         blocks=True,
     ),
-    Command(
+    command(
         "RECord[:STATe]",
         _record,
-        "Begin a recording of the telemetry into a file of the server's folder (by default "
-        "named by date and time), or end it.",
         (Flag("state"), Text("name", optional=True)),
         access=CONTROL,
         blocks=True,
     ),
-    Command(
-        "RECord[:STATe]?",
-        _recording,
-        "The recording under way, or the last one.",
-        answer='1 while it is written else 0, rows in the file, rows lost, "why it ended early"',
-    ),
-    Command(
-        "RECord:NAME?",
-        lambda call: quoted(Path(call.session.snapshot().recording.path).name),
-        "File name of the recording.",
-        answer='"name", "" before the first',
-    ),
+    command("RECord[:STATe]?", _recording),
+    command("RECord:NAME?", lambda call: quoted(Path(call.session.snapshot().recording.path).name)),
 )
 CAPTURES = (
     Command(
@@ -255,64 +218,25 @@ CAPTURES = (
         f"Columns to capture: 1 to {MOST_SIGNALS} names of WAVeform:CATalog?, separated by commas.",
         (Text("names", 400),),
     ),
-    Command(
-        "CAPTure:SIGNals?",
-        lambda call: quoted(",".join(call.session.wanted.signals)),
-        "The setting.",
-        answer='"names"',
-    ),
+    command("CAPTure:SIGNals?", lambda call: quoted(",".join(call.session.wanted.signals))),
+    *_setting("CAPTure:BEFore", "before", Number("duration", "s", 0.0, 1e3)),
+    *_setting("CAPTure:AFTer", "after", Number("duration", "s", 0.0, 1e3)),
+    *_setting("CAPTure:REPeat", "repeat", Flag("state"), formatted=flag),
     *_setting(
-        "CAPTure:BEFore", "before", "Time before the trigger.",
-        Number("duration", "s", 0.0, 1e3), "s",
-    ),
-    *_setting(
-        "CAPTure:AFTer", "after", "Time after the trigger.",
-        Number("duration", "s", 0.0, 1e3), "s",
-    ),
-    *_setting(
-        "CAPTure:REPeat", "repeat", "Whether a capture begins again once it is complete.",
-        Flag("state"), "1 or 0", formatted=flag,
-    ),
-    *_setting(
-        "TRIGger:SOURce", "kind",
-        "What begins a capture: at once, an edge or a level of a signal, begin or end of a motion, "
-        "a fault, or a limit switch or the end of a motion at a limit.",
+        "TRIGger:SOURce",
+        "kind",
         Word("source", ("NOW", "EDGE", "LEVel", "BEGin", "END", "FAULt", "LIMit")),
-        "NOW, EDGE, LEV, BEG, END, FAUL or LIM", _SOURCES,
+        words=_SOURCES,
     ),
+    *_setting("TRIGger:SIGNal", "signal", Text("name", 40, bare=True), formatted=quoted),
     *_setting(
-        "TRIGger:SIGNal", "signal", "Column of an edge or a level.",
-        Text("name", 40, bare=True), '"name"', formatted=quoted,
+        "TRIGger:SLOPe", "slope", Word("slope", ("POSitive", "NEGative", "EITHer")), words=_SLOPES
     ),
-    *_setting(
-        "TRIGger:SLOPe", "slope", "Direction of an edge; a level is at least (POSitive) or at most "
-        "(NEGative) the threshold.",
-        Word("slope", ("POSitive", "NEGative", "EITHer")), "POS, NEG or EITH", _SLOPES,
-    ),
-    *_setting(
-        "TRIGger:LEVel", "threshold", "Threshold, in the unit of the column.",
-        Number("threshold"), "number",
-    ),
-    Command(
-        "CAPTure:STARt", _start, "Wait for the trigger with these settings; the last capture of "
-        "this client is dropped.", cost=20,
-    ),
-    Command("CAPTure:STOP", _stop, "Wait no longer, and drop what was captured."),
-    Command(
-        "CAPTure:STATe?",
-        _state,
-        "Whether a capture waits for its trigger, for the rows behind it, or is complete; and how "
-        "many were.",
-        answer="WAIT, TRIG, COMP or STOP, number",
-    ),
-    Command(
-        "CAPTure:DATA?",
-        _captured_data,
-        "One column of the newest capture; t is the time from the trigger on, in s.",
-        (Text("name", 40, bare=True),),
-        answer="numbers, or a block of given length, as FORMat says",
-        cost=50,
-    ),
-    Command("CAPTure:UNITs?", _units, "Units of t and the columns.", answer="units"),
-    Command("CAPTure:TIME?", _at, "Time of the trigger by the machine.", answer="s"),
-)  # fmt: skip
+    *_setting("TRIGger:LEVel", "threshold", Number("threshold")),
+    command("CAPTure:STARt", _start, cost=20),
+    command("CAPTure:STOP", _stop),
+    command("CAPTure:STATe?", _state),
+    command("CAPTure:DATA?", _captured_data, (Text("name", 40, bare=True),), cost=50),
+    command("CAPTure:UNITs?", _units),
+    command("CAPTure:TIME?", _at),
+)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.serve.requests import EVERYONE
@@ -65,6 +67,19 @@ class Command(NamedTuple):
     @property
     def query(self) -> bool:
         return self.header.endswith("?")
+
+
+_WORDS: dict[str, dict[str, str]] = tomllib.loads(
+    Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
+)
+
+
+def command(
+    header: str, act: Handler, parameters: tuple[Parameter, ...] = (), **rest: Any
+) -> Command:
+    """A command with its words."""
+    words = _WORDS[header]
+    return Command(header, act, words["text"], parameters, words.get("answer", ""), **rest)
 
 
 def mnemonic(name: str) -> str:
