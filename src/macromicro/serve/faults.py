@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 
 from macromicro.control.live.parameters import Live
 from macromicro.machines import guarding
@@ -17,50 +19,8 @@ Axes = Sequence[tuple[str, Live]]
 STAGE = 200  # codes of a machine of one stage: its guard's, and so much
 AXIS = 300  # the same of the first of several stages, and a hundred more of each further one
 LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS, LOOP_SILENT = range(100, 106)
-_TEXTS = {
-    LATE: Text(
-        "control periods missed",
-        "Too many control periods were missed.",
-        "{value:.1%} of the last periods missed, allowed {limit:.1%}",
-        "Close other programs, give the loop a core and real-time priority (`macromicro doctor "
-        "--seconds 10` measures it); serve.miss_share and serve.miss_window set the limit.",
-    ),
-    LOST_COUNTS: Text(
-        "laser and encoder disagree",
-        "The laser and the encoder disagree: counts were lost, or the laser was disturbed.",
-        "the carriage is at {value:.1f} counts by the laser and at {limit:.0f} by the encoder",
-        "Check the encoder's strip and cable and the laser's beam, then clear and home; "
-        "live.edges.lost and live.edges.span set the limit, live.edges.use = 0 ignores the laser, "
-        "and live.pitch must be the strip's.",
-    ),
-    **faults.TEXTS,
-}
-_SUPPLY = "Check that the machine has stopped and cools down; if not, switch its supply off."
-_ENDED = {
-    RIG_FAILED: (
-        "rig failed",
-        "The rig could not be read or written.",
-        f"{_SUPPLY} Check its connection: the server opens the rig again by itself once it "
-        "answers. Then home.",
-    ),
-    CONTROL_FAILED: (
-        "controller failed",
-        "The controller ended with an error.",
-        "Its traceback is in the server's log. Fix the law if it is your own, else please "
-        "report this text; then start again.",
-    ),
-    LOOP_DIED: (
-        "loop process ended",
-        "The loop process has ended; nothing drives the machine.",
-        f"{_SUPPLY} Then end the server, start it again and home.",
-    ),
-    LOOP_SILENT: (
-        "loop silent",
-        "The rig blocks: no control period came for too long.",
-        f"{_SUPPLY} Check the rig's connection, then end the server, start it again and "
-        "home; serve.loop_timeout sets the limit.",
-    ),
-}
+_TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+_TEXTS = {int(code): Text(**row) for code, row in _TABLE.items()} | faults.TEXTS
 
 
 def silent(seconds: float, allowed: float) -> str:
@@ -73,8 +33,8 @@ def silent(seconds: float, allowed: float) -> str:
 
 def failed(code: int, evidence: str) -> Trouble:
     """A fault that ended the loop."""
-    name, message, remedy = _ENDED[code]
-    return Trouble(code, name, message, evidence, remedy)
+    text = _TEXTS[code]
+    return Trouble(code, text.name, text.message, evidence, text.remedy)
 
 
 def described(
