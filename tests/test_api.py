@@ -154,7 +154,7 @@ def test_a_machine_with_a_fault_warns_and_what_it_has_not_is_refused(tmp_path: P
         run = macromicro.run(tmp_path / "m.toml")
     assert run.attributes["finished"] == 0
     assert caught[0].filename == __file__
-    with pytest.raises(InputError, match="no fan"):
+    with pytest.raises(InputError, match=r"^fan: this machine has no fan"):
         macromicro.run(tmp_path / "m.toml", fan=True)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import InputError, ProblemError, naming_arguments
 
 
 @pytest.mark.parametrize(
@@ -36,3 +36,12 @@ def test_at_another_place_it_is_the_same_error(kind: type[InputError]) -> None:
     assert type(moved) is kind
     assert (moved.where, moved.value, moved.accepted) == ("a.toml, x", "gone", "Come back.")
     assert str(moved).startswith("a.toml, x: ")
+
+
+@pytest.mark.parametrize(
+    ("where", "named"), [("--held-out", "held_out"), ("m.toml, load", "m.toml, load"), ("", "")]
+)
+def test_from_python_an_option_is_an_argument(where: str, named: str) -> None:
+    with pytest.raises(ProblemError) as caught, naming_arguments():
+        raise ProblemError(where, "it is missing", "Give it.")
+    assert (caught.value.where, caught.value.value) == (named, "it is missing")

@@ -1,5 +1,6 @@
 """Kernels: one function, run interpreted and compiled, with a cache that never goes stale."""
 
+import gc
 import math
 import os
 import shutil
@@ -8,7 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from hypothesis import strategies as st
 
 import macromicro
 from macromicro import kernel as room
-from macromicro.kernel import compiled, kernel
+from macromicro.kernel import by_type, compiled, kernel
 from tests.systems import posix
 
 PACKAGE = Path(macromicro.__file__).parent
@@ -121,6 +122,37 @@ def test_nested_kernels_sets_and_arrays_over_many_steps() -> None:
     assert isinstance(fast.left, Swing)
     assert np.array_equal(slow_out, fast_out)
     assert np.ptp(slow_out) > 0.1
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_the_compiler_works_without_a_garbage_collector_and_leaves_it_as_it_was(
+    before: bool,
+) -> None:
+    collects = []
+
+    def chosen(x: Any) -> Any:
+        collects.append(gc.isenabled())
+        return lambda x: x + 1.0
+
+    @by_type(chosen)
+    def more(x: float) -> float:
+        return x + 1.0
+
+    def twice_more(x: float) -> float:
+        return more(more(x))
+
+    def absurd(x: float) -> float:
+        return more(x) + "text"  # type: ignore[operator]
+
+    (gc.enable if before else gc.disable)()
+    try:
+        assert compiled(twice_more)(1.0) == 3.0
+        with pytest.raises(Exception, match="unicode_type"):
+            compiled(absurd)(1.0)
+        assert gc.isenabled() is before
+    finally:
+        gc.enable()
+    assert collects and not any(collects)
 
 
 def test_a_kernel_marked_after_the_compiler_was_loaded_can_be_called() -> None:
@@ -234,7 +266,7 @@ def test_cache_folder_can_be_moved(
 
 LEAF = "from macromicro.kernel import kernel\n@kernel\ndef leaf(x):\n    return x * {gain}\n"
 ROOT = """
-from macromicro.kernel import compiled, kernel
+from macromicro.kernel import by_type, compiled, kernel
 from macromicro.leaf import leaf
 @kernel
 def root(x):

@@ -16,6 +16,7 @@ from typing import Any, cast
 from macromicro.design import served
 from macromicro.design import tracking as following
 from macromicro.design.tracking import Tracking
+from macromicro.errors import naming_arguments
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig.opening import TWIN
@@ -116,8 +117,9 @@ def run(
     path = None
     if programme is not None or _is_machine(what):
         path, what = Path(os.fspath(cast("PathLike", what))), programme
-    setup = setups.of(path, what, settings=settings, cycles=cycles, fan=fan)
-    on = setup.open(setup.source(rig, seed), seed)
+    with naming_arguments():
+        setup = setups.of(path, what, settings=settings, cycles=cycles, fan=fan)
+        on = setup.open(setup.source(rig, seed), seed)
     done = setup.record(on=on, seed=seed, warn=True)
     if done.outcome.fault is not None:
         warnings.warn(f"the run was stopped: {done.outcome.fault.text}", stacklevel=2)

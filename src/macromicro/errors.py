@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -104,3 +106,14 @@ class ProblemError(InputError):
 
     def _message(self) -> str:
         return f"{self.found.rstrip('.')}. {self.accepted}" if self.accepted else self.found
+
+
+@contextmanager
+def naming_arguments() -> Iterator[None]:
+    """Name an argument of Python ("held_out") where an error names an option ("--held-out")."""
+    try:
+        yield
+    except InputError as error:
+        if not error.where.startswith("--"):
+            raise
+        raise error.at(error.where[2:].replace("-", "_")) from None

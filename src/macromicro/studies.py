@@ -12,10 +12,10 @@ from macromicro.arrays import Array
 from macromicro.calibration import procedure
 from macromicro.calibration import request as calibration_request
 from macromicro.calibration.procedure import Calibration
+from macromicro.errors import naming_arguments
 from macromicro.robustness import request as robust_request
 from macromicro.robustness import study
 from macromicro.robustness.statistics import Share
-from macromicro.schema import keys
 from macromicro.tuning.request import Request, ready
 from macromicro.tuning.search import Tuning
 
@@ -117,7 +117,9 @@ def tune(
         _path(what), stage, objective, law, evaluations, seed,
         benches > 0, benches or None, settings=settings,
     )  # fmt: skip
-    found = ready(request).search(progress)
+    with naming_arguments():
+        search = ready(request)
+    found = search.search(progress)
     before, after = (dict(version.runs[0]) for version in (found.first, found.best))
     return Tuned(
         found.best.settings, found.better, before, after, found.evaluations, found.verdict, found
@@ -167,10 +169,10 @@ def robust(
     InputError
         An argument, the programme or the settings are not accepted.
     """
-    keys.seed(seed, "seed")
-    chosen = robust_request.ready(_path(what), programme, law, workers, settings=settings)
-    own, subject = chosen.setup.settings, chosen.subject
-    request = study.Request(own, (), samples, seed, single=False)
+    with naming_arguments():
+        chosen = robust_request.ready(_path(what), programme, law, workers, settings=settings)
+        request = chosen.request(samples, seed, None)._replace(single=False)
+    subject = chosen.subject
     found = study.run(request, subject, lambda done, total: progress(done))
     names = [each.name for each in subject.metrics]
     varied = [each.name for each in subject.uncertain]
@@ -234,7 +236,8 @@ def sweep(
     request = run.Request(
         Path(spec), Path(out), workers, resume=resume, overwrite=overwrite, law=law
     )
-    ready = run.check(request)
+    with naming_arguments():
+        ready = run.check(request)
     done = 0
 
     def begin(total: int, before: int) -> None:
@@ -301,5 +304,6 @@ def calibrate(
         An argument or the settings are not accepted.
     """
     asked = (_path(what), reference, positions, runs, (), seed)
-    request = calibration_request.ready(*asked, cogging=cogging, reversals=reversals)
+    with naming_arguments():
+        request = calibration_request.ready(*asked, cogging=cogging, reversals=reversals)
     return procedure.calibrate(request if settings is None else request._replace(settings=settings))

@@ -26,7 +26,7 @@ from macromicro.settings import Settings, chosen
 
 def test_a_table_has_temperatures_of_its_own(tmp_path: Path) -> None:
     record(2e-3, 3e-3).save(tmp_path / "a.h5")
-    with pytest.raises(InputError, match=r"--austenite: .*cannot be combined with --table"):
+    with pytest.raises(InputError, match=r"^austenite: .*cannot be combined with --table"):
         kinds.from_files("actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", austenite=80.0)
 
 

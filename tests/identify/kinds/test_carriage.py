@@ -34,9 +34,9 @@ def written(path: Path, columns: str, rows: str) -> Path:
 
 def test_without_a_laser_the_travel_per_count_is_asked_for(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", "t,u,x", "|".join(f"{k / 1e3},5,{k}" for k in range(300)))
-    with pytest.raises(InputError, match=r"--pitch: the travel per count is unknown"):
+    with pytest.raises(InputError, match=r"^pitch: the travel per count is unknown"):
         kinds.from_files("carriage", path)
-    for pitch, said in (("71", "--pitch"), ("-1 um", "above zero"), ("3 kg", "--pitch")):
+    for pitch, said in (("71", "^pitch: "), ("-1 um", "above zero"), ("3 kg", "^pitch: ")):
         with pytest.raises(InputError, match=said):
             kinds.from_files("carriage", path, pitch=pitch)
 

@@ -80,7 +80,7 @@ def test_a_sensors_table_on_another_sweep(tmp_path: Path) -> None:
 
 def test_what_cannot_be_a_test(tmp_path: Path) -> None:
     own = written(tmp_path, "own.npz")
-    with pytest.raises(InputError, match=r"--test.*a record that is not fitted"):
+    with pytest.raises(InputError, match=r"^test: .*a record that is not fitted"):
         identify.from_files("drive", own, tests=(own,))
     with np.load(own) as file:
         np.savez(tmp_path / "counts.npz", t_s=file["t_s"], u_N=file["u_N"], x_counts=file["x_m"])

@@ -7,7 +7,7 @@ from importlib import import_module
 from os import PathLike, fspath
 from typing import Any
 
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import InputError, ProblemError, naming_arguments
 from macromicro.identify.notices import PoorFitWarning, notice
 from macromicro.identify.picking import Picking, chosen, there
 from macromicro.identify.result import Result
@@ -65,7 +65,8 @@ def from_files(
     """
     names = [files] if isinstance(files, str | PathLike) else list(files)
     pairs = [f"{role}={name}" for role, name in (columns or {}).items()]
-    return fitted(kind, Picking(there([fspath(n) for n in names]), chosen(pairs)), **options)
+    with naming_arguments():
+        return fitted(kind, Picking(there([fspath(n) for n in names]), chosen(pairs)), **options)
 
 
 def fitted(kind: str, what: Picking, **options: Any) -> Result:
