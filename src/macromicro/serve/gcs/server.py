@@ -125,6 +125,7 @@ class GcsServer(door.LineServer):
         port: int = 0,
         *,
         token: str | Token | None = None,
+        bounds: Bounds = BOUNDS,
     ) -> None:
         instrument = Instrument(station, token=door.token(host, token))
-        super().__init__("GCS", host, port, Session, GcsConnection, instrument, BOUNDS)
+        super().__init__("GCS", host, port, Session, GcsConnection, instrument, bounds)
