@@ -12,6 +12,7 @@ from fake_station import FakeStation
 from macromicro.control.live import messages as m
 from macromicro.serve import requests
 from macromicro.serve._instrument import Instrument
+from macromicro.serve.client import Capacity
 from macromicro.serve.requests import (
     CONTROL,
     KINDS,
@@ -74,7 +75,7 @@ def test_a_new_request_is_one_line_of_the_table(
 ) -> None:
     monkeypatch.setitem(KINDS, PARK.name, PARK)
     instrument = Instrument(station)
-    session = Session(instrument, "test")
+    session = Session(instrument, "test", "127.0.0.1", Capacity(1, 1))
     (unit,) = parse(Tree(_motion.commands("park")), b"PARK 5 MM, ON").units
     assert unit.command.access == CONTROL
     asyncio.run(attempt(session, unit, session.stops, session.failed))
