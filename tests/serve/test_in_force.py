@@ -6,8 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from macromicro.control.live import messages as m
-from macromicro.serve._ledger import EVENTS, InForce, Ledger
-from macromicro.serve._trail import Trail
+from macromicro.serve._ledger import EVENTS, InForce, Ledger, Trail
 from macromicro.serve.settings import LiveSettings
 
 

@@ -16,8 +16,8 @@ from macromicro.nominal import PERIOD
 from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import ended
+from macromicro.serve._ledger import Trail
 from macromicro.serve._loop_connection import LoopConnection
-from macromicro.serve._trail import Trail
 from macromicro.serve._watching import NO_RECORDING, latched
 from macromicro.serve.settings import STOP, AnySettings
 from macromicro.serve.shared import PLAIN, WRITTEN, Shared, Telemetry

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from macromicro.errors import ProblemError
 from macromicro.schema.text import printable
-from macromicro.serve._trail import LOG
+from macromicro.serve._ledger import LOG
 
 BYTES, FILES = 4_000_000, 5  # of each file, and how many: nothing grows beyond
 WAITING = 10_000  # lines; further ones are dropped rather than wait for a disk

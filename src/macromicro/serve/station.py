@@ -21,11 +21,10 @@ from macromicro.serve import _background, _watching, unconfirmed
 from macromicro.serve._background import in_thread, on_loop
 from macromicro.serve._holders import Holders
 from macromicro.serve._launching import LIVE
-from macromicro.serve._ledger import InForce
+from macromicro.serve._ledger import InForce, Trail
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve._recording import Recordings
 from macromicro.serve._sending import SILENT, Stops
-from macromicro.serve._trail import Trail
 from macromicro.serve.capturing import Captures
 from macromicro.serve.requests import place
 from macromicro.serve.settings import AnySettings, LiveSettings

@@ -15,9 +15,9 @@ from macromicro.machines import machine as machines
 from macromicro.machines.period import Stages, law_columns
 from macromicro.recording import Recording as Recorded
 from macromicro.serve import settings
+from macromicro.serve._ledger import Trail
 from macromicro.serve._machine import View
 from macromicro.serve._recording import Means, Recording
-from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings, load
 from macromicro.serve.shared import COLUMNS, Shared, Vitals, published, telemetry
 from macromicro.serve.stage.rig import Guarded, Simulated
