@@ -128,7 +128,7 @@ def parameters_h(params: Board) -> str:
     Returns
     -------
     str
-        control.h.
+        parameters.h.
     """
 
     def lines() -> Iterator[str]:
