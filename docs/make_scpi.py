@@ -12,11 +12,29 @@ from measured_page import table
 
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.errors import TEXTS
-from macromicro.serve.scpi.status import OPERATION_BITS, QUESTIONABLE_BITS
 from macromicro.serve.scpi.tree import COMMANDS
 
 FOLDER = Path(__file__).resolve().parent
 TEMPLATE, PAGE = FOLDER / "scpi.template.md", FOLDER / "scpi.md"
+# Bits of the registers, which macromicro.serve.scpi.status sets.
+OPERATION_BITS = {
+    1: "settling: the wait between the macro- and the micro-stage",
+    8: "macro-stage moving",
+    9: "micro-stage moving",
+    10: "homing",
+    11: "holding: the micro-stage is under control",
+    12: "recording",
+    13: "enabled",
+}
+QUESTIONABLE_BITS = {
+    2: "time: too many control periods were missed, or the rig's clock is wrong (fault)",
+    4: "temperature: actuator too hot, heated without motion or for too long (fault)",
+    8: "calibration: the position is not trusted; home",
+    9: "macro-stage, or a stage of another machine: its motion, sensor, switches or drive (fault)",
+    10: "micro-stage: its motion or its Hall sensor (fault)",
+    11: "a fault is latched; FAULt? describes it",
+    12: "the loop process does not run, or has reported nothing for a second",
+}
 HEAD = ("command", "parameters", "what", "answer", "who")
 
 

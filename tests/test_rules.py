@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.rules import breakaway
+from macromicro.rules import breakaway, live
 from macromicro.schema.config import load_overrides
 from macromicro.schema.par import changed
 from macromicro.serve.settings import LiveSettings
@@ -53,6 +53,46 @@ def test_what_cannot_work_together_is_refused(
         load_overrides(path, Settings())
     said = str(caught.value)
     assert f"mine.toml, {where}" in said and reason in said and remedy in said, said
+
+
+def test_homing_leans_on_the_stop_within_the_guards_margin() -> None:
+    assert LiveSettings().live.homing.leans == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize(("text", "key", "words"), [
+    ("[live.homing]\nstand = '0.46 s'", "live.homing.stand", "at most 0.45 s"),
+    ("[live.jogging]\npatience = '1 s'", "live.jogging.patience", "at most 0.9 s"),
+    ("[guard]\nleant = '0.65 s'", "live.homing.stand", "at most 0.2925 s"),
+    ("[live.jogging]\nlean = '3 V'", "live.jogging.lean", "guard.lean (2.9 V)"),
+])  # fmt: skip
+def test_times_that_the_guard_would_cut_short_are_refused(
+    tmp_path: Path, text: str, key: str, words: str
+) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_overrides(path, LiveSettings())
+    assert key in str(caught.value) and words in str(caught.value)
+    if key.endswith(("stand", "patience")):
+        assert "guard.leant" in str(caught.value)
+
+
+def test_times_within_the_margin_are_taken(tmp_path: Path) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text("[live.homing]\nstand = '0.45 s'\n[live.jogging]\npatience = '0.9 s'")
+    assert load_overrides(path, LiveSettings()).live.homing.stand == 0.45
+
+
+@pytest.mark.parametrize("leant", [0.7, 2.0])
+def test_a_jogs_patience_is_judged_by_the_guards(leant: float) -> None:
+    """Nine tenths of it may be used up."""
+    own = LiveSettings()
+    for patience, fits in ((0.89 * leant, True), (0.91 * leant, False)):
+        jogging = own.live.jogging._replace(patience=patience)
+        tree = own._replace(
+            live=own.live._replace(jogging=jogging), guard=own.guard._replace(leant=leant)
+        )
+        assert ("live.jogging.patience" not in [path for path, _, _ in live(tree)]) == fits
 
 
 @pytest.mark.parametrize(("text", "where"), [

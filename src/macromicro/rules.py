@@ -7,7 +7,6 @@ from itertools import pairwise
 from statistics import NormalDist
 from typing import Any
 
-from macromicro.control.live import leaning
 from macromicro.nominal import PERIOD
 from macromicro.plant import hall
 from macromicro.units import shown
@@ -17,6 +16,7 @@ Rule = tuple[bool, str, Any, str]
 
 FALSE_ALARM = 1e-6  # chance that a sound sensor repeats one code for the whole of guard.frozen
 REACH = 2.0  # a tolerance beyond this many strokes of the micro-stage leaves it nothing to mend
+LEANS = 0.9  # of guard.leant that homing and jogs may use up: periods may be late
 CALIBRATED = 3.0  # standard errors by which the live machine's pitch may be another
 
 
@@ -27,8 +27,28 @@ def machine(tree: Any) -> list[Problem]:
 
 def live(tree: Any) -> list[Problem]:
     """Conflicts of the live machine's settings, beside those of `machine`."""
-    found = leaning.problems(tree.live, tree.guard.lean, tree.guard.leant)
-    return [*found, *((path, value, words) for wrong, path, value, words in _live(tree) if wrong)]
+    every = (*_leaning(tree), *_live(tree))
+    return [(path, value, words) for wrong, path, value, words in every if wrong]
+
+
+def _leaning(tree: Any) -> Iterator[Rule]:
+    """Homing and jogs give up before the guard takes the carriage for stuck."""
+    homing, jogging, guard = tree.live.homing, tree.live.jogging, tree.guard
+    most = LEANS * guard.leant
+    limit = "{guard.leant} is the guard's limit, of which 90 % may be used"
+    yield (
+        homing.leans > most,
+        "live.homing.stand",
+        homing.stand,
+        f"at most {0.5 * most:.4g} s, for homing leans on the stop twice as long, and {limit}",
+    )
+    yield (
+        jogging.patience > most,
+        "live.jogging.patience",
+        jogging.patience,
+        f"at most {most:.4g} s, for {limit}",
+    )
+    yield jogging.lean > guard.lean, "live.jogging.lean", jogging.lean, "at most {guard.lean}"
 
 
 def breakaway(tree: Any) -> float:

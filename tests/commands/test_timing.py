@@ -14,10 +14,10 @@ import pytest
 
 from macromicro.commands._timing import _as_json, _edges, table
 from macromicro.control.live import messages as m
-from macromicro.serve import choosing, measuring
-from macromicro.serve.faults import late
+from macromicro.serve import measuring
+from macromicro.serve.faults import LATE, described
 from macromicro.serve.measuring import Latency
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.settings import LiveSettings, load
 from tests.command import command
 from tests.systems import linux, posix
 from tests.warm import Command
@@ -106,7 +106,7 @@ def test_the_table_and_the_json_say_the_same() -> None:
 
 def test_a_run_without_a_single_period() -> None:
     empty = np.empty(0)
-    none = GOT._replace(late=empty, work=empty, fault=late(0.5, 0.1, 0.0))
+    none = GOT._replace(late=empty, work=empty, fault=described(LATE, 0.5, 0.1, 0.0))
     assert "nan" in list(table(none, LiveSettings()))[1]
     found = _as_json(none, LiveSettings())
     assert found["late"]["p50_s"] is None
@@ -121,10 +121,10 @@ def test_every_value_is_in_a_bin(most: float) -> None:
 
 def test_a_machine_of_a_file_is_moved_within_its_travel() -> None:
     examples = Path(__file__).parents[2] / "examples" / "machines"
-    screw = choosing.load(examples / "screw.toml")
+    screw = load(examples / "screw.toml")
     places = [move.position for move in measuring.moves(screw)]
     assert len(set(places)) == 4 and min(places) > 0.0 and max(places) < 0.04
-    points = measuring.moves(choosing.load(examples / "xy-plotter.toml"))
+    points = measuring.moves(load(examples / "xy-plotter.toml"))
     assert {type(point) for point in points} == {m.MovePoint}
     assert max(p.to["x"] for p in points) > max(p.to["y"] for p in points) > 0.02
     assert all(0.0 < p.to["x"] < 0.2 and 0.0 < p.to["y"] < 0.07 for p in points)
@@ -136,6 +136,6 @@ def test_two_axes_are_measured_at_work(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
     text = (Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml").read_text()
     file.write_text(text + "\n[serve]\nmiss_share = 1.0\n")
-    settings = choosing.load(file)
+    settings = load(file)
     got = measuring.measure(settings, 6.0, lambda done: True)
     assert got.fault is None and len(got.work) > 4000

@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from macromicro.rig.board import parameters, protocol
+from macromicro.rig.board import control, protocol
 from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.protocol import SPEC
 from macromicro.types import SAFE, Command, Outputs
@@ -236,10 +236,10 @@ def test_a_run_has_no_gap_where_the_board_begins_to_drive() -> None:
 
 def test_parameters_are_read_back_and_compared() -> None:
     with board() as (rig, _):
-        flat = parameters.flat(rig._params)
+        flat = control.flat(rig._params)
         for index in (0, 40, 46, 47, len(flat) - 1):
             stored = rig.link.ask("get", "parameter", index=index)["value"]
-            assert stored == parameters.single(list(flat.values())[index])
+            assert stored == control.single(list(flat.values())[index])
         with pytest.raises(BoardError, match="no such parameter"):
             rig.link.ask("get", "parameter", index=len(flat))
         _drive(rig, PUSH, 3)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.rig import contract_moving
+from macromicro.rig import contract
 from macromicro.rig.opening import open_rig
 from tests.systems import posix
 
@@ -31,7 +31,7 @@ def machine(
 
 @posix
 def test_a_killed_process_leaves_the_motor_on_unless_a_watchdog_drops_it(machine: float) -> None:
-    seen = {e.what: e for e in contract_moving.check(open_rig("far_machine:bench"), 3.0)}
+    seen = {e.what: e for e in contract.check_moving(open_rig("far_machine:bench"), 3.0)}
     assert list(seen) == ["direction", "coming to rest", "killed process"]
     assert seen["direction"].passed and seen["coming to rest"].passed
     last = seen["killed process"]
@@ -50,8 +50,8 @@ def test_a_killed_process_leaves_the_motor_on_unless_a_watchdog_drops_it(machine
 
 @pytest.mark.parametrize("machine", [math.inf], indirect=True)
 def test_wrong_sense_and_too_little(machine: float) -> None:
-    seen = list(contract_moving.check(open_rig("far_machine:turned"), 3.0))
+    seen = list(contract.check_moving(open_rig("far_machine:turned"), 3.0))
     assert [e.what for e in seen] == ["direction"]
     assert "turn over one of the two" in seen[0].remedy
-    seen = list(contract_moving.check(open_rig("far_machine:bench"), 0.9))
+    seen = list(contract.check_moving(open_rig("far_machine:bench"), 0.9))
     assert "a higher --move" in seen[0].remedy

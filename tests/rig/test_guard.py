@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from macromicro import loop
 from macromicro.control import calibration
 from macromicro.control import settings as control_settings
-from macromicro.control.live import leaning
 from macromicro.control.live.parameters import Live
 from macromicro.control.supervisor import begin
 from macromicro.kernel import compiled
@@ -322,7 +321,7 @@ def test_a_live_machine_leans_no_longer_than_homing_does() -> None:
     still = moving([5.0] * 1500)
     assert watched(still, 3.0, LIVE)[0].fault == codes.STUCK
     tripped = watched(still, 3.0, LIVE)[1] * DT
-    assert leaning.longest(Live()) < tripped == pytest.approx(LIVE.leant, abs=2 * DT)
+    assert Live().homing.leans < tripped == pytest.approx(LIVE.leant, abs=2 * DT)
     pushed = watched(still, 4.0, LIVE)[1] * DT
     assert pushed == pytest.approx(0.1, abs=2 * DT)
     assert watched(still, 3.0)[1] == -1

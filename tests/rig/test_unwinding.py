@@ -8,8 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from macromicro.rig._unwinding import Unwinding
-from macromicro.rig.session import Session
+from macromicro.rig.session import Session, Unwinding
 
 
 @pytest.fixture

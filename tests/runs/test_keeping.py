@@ -14,7 +14,7 @@ from macromicro.recording import Recording
 from macromicro.report.write import reported, write
 from macromicro.runs import folder, job, keeping
 from macromicro.schema.par import changed
-from macromicro.serve.choosing import load as served
+from macromicro.serve.settings import load as served
 from macromicro.settings import Settings, chosen
 
 ROUGH = 15.0  # N, where the shipped bench has 10.5

@@ -15,8 +15,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live import parameters, state, targets
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
-from macromicro.serve._ledger import InForce
-from macromicro.serve._trail import Trail
+from macromicro.serve._ledger import InForce, Trail
 from macromicro.serve.capturing import Captures
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from macromicro.control.live import messages as m
-from macromicro.serve._ledger import EVENTS, InForce, Ledger
-from macromicro.serve._trail import Trail
+from macromicro.serve._ledger import EVENTS, InForce, Ledger, Trail
 from macromicro.serve.settings import LiveSettings
 
 
@@ -18,7 +17,7 @@ def test_speeds_are_those_last_set_until_the_loop_begins_anew() -> None:
         return m.Event(1.0, kind, "ready", "ready", cause, facts)
 
     def speeds(own: dict[str, float], *events: m.Event) -> dict[str, float]:
-        found = InForce(SimpleNamespace(controller=None, speeds=own))  # type: ignore[arg-type]
+        found = InForce(SimpleNamespace(controller=None, facts=SimpleNamespace(speeds=own)))  # type: ignore[arg-type]
         for event in events:
             found.follow(event)
         return {stage: found.speed(stage) for stage in own}

@@ -10,7 +10,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.serve import log
-from macromicro.serve._trail import LOG, Trail
+from macromicro.serve._ledger import LOG, Trail
 from macromicro.serve.log import Log
 from tests.systems import linux
 

@@ -12,10 +12,9 @@ import pytest
 
 from macromicro.errors import MacromicroError
 from macromicro.schema.config import overridden
-from macromicro.serve import _position_store, persist
+from macromicro.serve import persist
 from macromicro.serve._background import call
-from macromicro.serve._position_store import PositionStore, Shown
-from macromicro.serve.persist import Evident, Kept, Lock
+from macromicro.serve.persist import Evident, Kept, Lock, PositionStore, Shown
 from macromicro.serve.settings import LiveSettings
 
 KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9, -0.0021)
@@ -241,7 +240,7 @@ def test_where_nothing_can_be_written_the_file_goes(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(_position_store, "RETRY_S", 0.0)
+    monkeypatch.setattr(persist, "RETRY_S", 0.0)
     monkeypatch.setattr(persist.os, "fsync", full)
     call(scene.store.begin_motion())
     assert persist.load(scene.path) == "no position was saved"
@@ -261,7 +260,7 @@ def test_once_there_is_room_again_the_file_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path / "position.json")
-    monkeypatch.setattr(_position_store, "RETRY_S", 0.0)
+    monkeypatch.setattr(persist, "RETRY_S", 0.0)
 
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
@@ -278,7 +277,7 @@ def test_a_full_disk_is_not_tried_all_the_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path / "position.json")
-    monkeypatch.setattr(_position_store, "RETRY_S", math.inf)
+    monkeypatch.setattr(persist, "RETRY_S", math.inf)
     tries = []
 
     def full(_: int) -> None:

@@ -17,8 +17,8 @@ from macromicro import recorder
 from macromicro import recording as recordings
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError, MacromicroError
+from macromicro.serve._ledger import Trail
 from macromicro.serve._recording import ASKED, Means, Recording
-from macromicro.serve._trail import Trail
 from macromicro.serve.shared import COLUMNS, INDEX, Shared
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.station import Station

@@ -12,6 +12,7 @@ from fake_station import FakeStation
 from macromicro.control.live import messages as m
 from macromicro.serve import requests
 from macromicro.serve._instrument import Instrument
+from macromicro.serve.client import Capacity
 from macromicro.serve.requests import (
     CONTROL,
     KINDS,
@@ -24,8 +25,7 @@ from macromicro.serve.requests import (
     RequestType,
 )
 from macromicro.serve.scpi import _motion
-from macromicro.serve.scpi._header import Tree
-from macromicro.serve.scpi._message import parse
+from macromicro.serve.scpi._message import Tree, parse
 from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.server import attempt
 from macromicro.serve.scpi.tree import COMMANDS
@@ -75,7 +75,7 @@ def test_a_new_request_is_one_line_of_the_table(
 ) -> None:
     monkeypatch.setitem(KINDS, PARK.name, PARK)
     instrument = Instrument(station)
-    session = Session(instrument, "test")
+    session = Session(instrument, "test", "127.0.0.1", Capacity(1, 1))
     (unit,) = parse(Tree(_motion.commands("park")), b"PARK 5 MM, ON").units
     assert unit.command.access == CONTROL
     asyncio.run(attempt(session, unit, session.stops, session.failed))

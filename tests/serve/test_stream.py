@@ -11,9 +11,9 @@ from loop_parts import Scene
 from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.place import LENGTH
-from macromicro.serve import _stream
-from macromicro.serve._stream import Stream
+from macromicro.serve import station
 from macromicro.serve.shared import POINT, RENEWED, Shared, published
+from macromicro.serve.station import Stream
 
 
 class Shown:
@@ -32,7 +32,7 @@ class Shown:
 @pytest.fixture
 def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     clock = [100.0]
-    monkeypatch.setattr(_stream.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(station.time, "monotonic", lambda: clock[0])
     return clock
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.serve import choosing
+from macromicro.serve.settings import load
 from macromicro.serve.telling import calibrations
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
@@ -30,10 +30,10 @@ def test_each_calibrated_stage_has_its_date_and_temperatures(
     for stage in stages:
         text += CORRECTION.format(stage=stage and f"{stage}.")
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
-    found = calibrations(choosing.load(tmp_path / "own.toml"))
+    found = calibrations(load(tmp_path / "own.toml"))
     told = {"made": "2026-11-01", "temperature": 21.0, "cold": 19.0, "hot": 23.0}
     assert found == [{"stage": stage, **told} for stage in stages]
 
 
 def test_the_two_stage_machine_has_none() -> None:
-    assert calibrations(choosing.load(None)) == []
+    assert calibrations(load(None)) == []

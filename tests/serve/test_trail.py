@@ -10,7 +10,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Event, Finished, Refused
 from macromicro.control.live.parameters import SoftLimits
-from macromicro.serve._trail import BURST, Trail
+from macromicro.serve._ledger import BURST, Trail
 
 
 def told(caplog: pytest.LogCaptureFixture) -> list[tuple[int, str]]:

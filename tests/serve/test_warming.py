@@ -11,9 +11,9 @@ from macromicro import hall_table
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import STAGES
 from macromicro.rig import guard
-from macromicro.serve import choosing, health, live, loop_process, warming
+from macromicro.serve import health, live, loop_process, warming
 from macromicro.serve._launching import LIVE, Spec
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.settings import LiveSettings, load
 from macromicro.serve.stage._machine import Led
 from macromicro.serve.warming import warm
 
@@ -77,7 +77,7 @@ def test_a_machine_without_the_other_stage_moves_too(
 def test_a_machine_of_one_stage_moves_jogs_and_homes(
     driven: list[tuple[int, str]], name: str
 ) -> None:
-    settings = choosing.load(EXAMPLES / f"{name}.toml")
+    settings = load(EXAMPLES / f"{name}.toml")
     loop_process.open_machine(Spec("twin", 0, settings, "none", LIVE, 0)).warm()
     found = set(driven)
     kinds = {kind for mode, kind in found if mode in m.MOVING}

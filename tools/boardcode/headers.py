@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from macromicro.rig.board import parameters, protocol
+from macromicro.rig.board import control, protocol
 from macromicro.rig.board.control import Board
 from macromicro.rig.board.protocol import BOARD, HOST, SPEC, Message
 
@@ -47,7 +47,7 @@ def protocol_h(params: Board) -> str:
         for name in _SCALARS:
             yield f"#define PROTOCOL_{name.upper()} {SPEC[name]}UL"
         yield f"#define LONGEST_HOST {max(message.packer.size for message in HOST.values())}U"
-        yield f"#define PROTOCOL_LAYOUT {parameters.layout(params)}U"
+        yield f"#define PROTOCOL_LAYOUT {control.layout(params)}U"
         for kind in _BITS:
             for name, bit in SPEC[kind].items():
                 yield f"#define {kind.upper()}_{name.upper()} {1 << bit}U"
@@ -132,7 +132,7 @@ def parameters_h(params: Board) -> str:
     """
 
     def lines() -> Iterator[str]:
-        names = list(parameters.flat(params))
+        names = list(control.flat(params))
         alone = [name for name in names if "[" not in name]
         yield '#include <stddef.h>\n\n#include "two_stage_board.h"\n'
         yield f"#define PARAMETERS {len(names)}U"

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from boardsim.avr import PERIOD
 from boardtrial.trial import Trial
-from macromicro.rig.board import parameters, protocol
+from macromicro.rig.board import control, protocol
 from macromicro.rig.board.protocol import SPEC
 
 _ILLEGAL = (
@@ -198,7 +198,7 @@ def spoiled(t: Trial) -> None:
 
 def parameters_of(t: Trial) -> int:
     """How many parameters the board has."""
-    return len(parameters.flat(t.judge.params))
+    return len(control.flat(t.judge.params))
 
 
 def halt(t: Trial) -> None:

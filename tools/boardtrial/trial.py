@@ -13,7 +13,7 @@ from boardtrial.judge import DEEPEST, TOLD, Judge
 from boardtrial.line import Host, Line
 from macromicro.control import calibration
 from macromicro.rig import codes
-from macromicro.rig.board import control, framing, parameters
+from macromicro.rig.board import control, framing
 from macromicro.rig.board.protocol import SPEC
 from macromicro.rig.limits import Limits
 
@@ -62,7 +62,7 @@ class Trial:
         self.random = random.Random(seed)
         bench = Bench(elf, seed)
         self.params = control.of(LIMITS, calibration.shipped())
-        crc = framing.crc16(parameters.words(self.params))
+        crc = framing.crc16(control.words(self.params))
         self.judge = Judge(bench, self.params, crc)
         bench.switches = SWITCHES
         self.line = Line(self.judge)
@@ -164,9 +164,9 @@ class Trial:
 
     def configure(self) -> None:
         """Write all parameters and read them back."""
-        for index, value in enumerate(parameters.flat(self.params).values()):
+        for index, value in enumerate(control.flat(self.params).values()):
             told = self.host.ask("set", "parameter", index=index, value=value)
-            if told is None or told["value"] != parameters.single(value):
+            if told is None or told["value"] != control.single(value):
                 self.say(f"parameter {index} was written as {value}, answered by {told}")
         self.judge.configured = True
 

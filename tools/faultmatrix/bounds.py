@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from macromicro.serve.settings import StageSettings
 from macromicro.serve.stage import guide
-from macromicro.serve.stage.settings import StageSettings
 
 
 class Bounds(NamedTuple):

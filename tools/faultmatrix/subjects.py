@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 
 import faulty
 from macromicro.rig.opening import named
-from macromicro.serve import choosing
 from macromicro.serve._launching import LIVE, Spec
 from macromicro.serve._machine import Opened
 from macromicro.serve.loop_process import open_machine
-from macromicro.serve.stage.settings import StageSettings
+from macromicro.serve.settings import StageSettings, load
 
 _EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
 _SWITCHED = '\n[switches]\nlimits = "both"\nhome = "below"\n\n[homing]\non = "home"\n'
@@ -99,4 +98,4 @@ def made(name: str, folder: Path) -> Made:
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "machine.toml"
     file.write_text(subject.text())
-    return Made(name, choosing.load(file), subject.rig, file, folder / "board")
+    return Made(name, load(file), subject.rig, file, folder / "board")

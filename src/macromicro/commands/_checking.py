@@ -18,7 +18,7 @@ from macromicro.machines import contract as machine_contract
 from macromicro.machines import machine as machines
 from macromicro.nominal import PERIOD
 from macromicro.rig import contract as rig_contract
-from macromicro.rig import contract_moving, walk
+from macromicro.rig import walk
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Fixture
 from macromicro.schema import plugins
@@ -60,8 +60,8 @@ def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
         whole = whole and each.passed
         yield told(each)
     if move is not None and whole:
-        asking.agreed(contract_moving.said(fixture, volts), f"--rig {name}", yes=yes)
-        for each in contract_moving.check(fixture, volts):
+        asking.agreed(rig_contract.said(fixture, volts), f"--rig {name}", yes=yes)
+        for each in rig_contract.check_moving(fixture, volts):
             yield told(each)
 
 

@@ -17,8 +17,8 @@ from macromicro.commands.streams import say
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from macromicro.serve.choosing import AnySettings
     from macromicro.serve.measuring import Latency
+    from macromicro.serve.settings import AnySettings
 
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -29,7 +29,7 @@ def measured(config: Path | None, seconds: float, figure: Path | None, *, as_jso
 
     from macromicro.drawing.bar import progress
     from macromicro.serve import health, measuring
-    from macromicro.serve.choosing import load
+    from macromicro.serve.settings import load
 
     settings = load(config)
     if figure is not None:

@@ -36,7 +36,7 @@ def show(
         _show_axis(config, axis)
         return
     if machine is None and key is not None and key.partition(".")[0] in ("live", "serve"):
-        from macromicro.serve.choosing import load
+        from macromicro.serve.settings import load
 
         print(load(config, law).tables(key), end="")
         return

@@ -47,7 +47,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     from macromicro.commands import _checking, _timing
     from macromicro.rig.board.named import joined
     from macromicro.serve import health, persist
-    from macromicro.serve.choosing import load
+    from macromicro.serve.settings import load
 
     checks = {
         "--machine": machine is not None,

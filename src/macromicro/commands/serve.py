@@ -64,8 +64,8 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.control.settings import Control
     from macromicro.rig.board.named import joined
     from macromicro.serve import hosts, persist, storage
-    from macromicro.serve.choosing import load
     from macromicro.serve.log import Log
+    from macromicro.serve.settings import load
 
     sys.setswitchinterval(SWITCH_S)
 

@@ -9,16 +9,17 @@ from typing import Any, Generic, TypeVar
 
 from macromicro.errors import InputError
 from macromicro.place import Place
-from macromicro.remote import _orders
+from macromicro.remote import _orders, capturing
 from macromicro.remote._link import Link
 from macromicro.serve.capturing import NOW, Trigger
 
 Begun = TypeVar("Begun")
 Answer = TypeVar("Answer")
+Caught = TypeVar("Caught")
 Quantity = float | str
 
 
-class Client(ABC, Generic[Begun, Answer]):
+class Client(ABC, Generic[Begun, Answer, Caught]):
     """The methods of a client, whose documentation is here.
 
     Positions and speeds are numbers in base units (m, or rad of a rotary machine), or texts with a
@@ -48,6 +49,9 @@ class Client(ABC, Generic[Begun, Answer]):
 
     @abstractmethod
     def _order(self, name: str, *args: Any, **fields: Any) -> Answer: ...
+
+    @abstractmethod
+    def _capture(self, fields: dict[str, Any]) -> Caught: ...
 
     def move_to(self, position: Quantity, *, replace: bool = False, wait: bool = True) -> Begun:
         """Move the whole positioner to a position."""
@@ -245,7 +249,6 @@ class Client(ABC, Generic[Begun, Answer]):
             A context manager with `put`; at its end the machine rests at the last set point.
         """
 
-    @abstractmethod
     def capture(
         self,
         signals: str | Sequence[str],
@@ -254,7 +257,7 @@ class Client(ABC, Generic[Begun, Answer]):
         before: float = 0.0,
         after: float = 1.0,
         repeat: bool = False,
-    ) -> Any:
+    ) -> Caught:
         """Capture signals around an event, at the loop's rate.
 
         Parameters
@@ -280,3 +283,4 @@ class Client(ABC, Generic[Begun, Answer]):
         RequestRefused
             There is no such signal or trigger.
         """
+        return self._capture(capturing.order(signals, trigger, before, after, repeat))

@@ -3,11 +3,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Coroutine
 from pathlib import Path
 from typing import Any, Self
 
-from macromicro.remote import _orders, capturing
+from macromicro.remote import _orders
 from macromicro.remote._client import Client
 from macromicro.remote._link import CONFIRM_S, Link
 from macromicro.remote._state import State, Traces, Window, read_state
@@ -15,7 +15,6 @@ from macromicro.remote.capturing import AsyncCapture
 from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
 from macromicro.remote.following import AsyncStream
 from macromicro.schema.text import read_text
-from macromicro.serve.capturing import NOW, Trigger
 from macromicro.serve.hosts import HOST, WEB_PORT, url
 from macromicro.serve.requests import RequestType, of_axes
 from macromicro.serve.web.bins import HEADER
@@ -67,7 +66,13 @@ class AsyncMotion:
         return MotionFailed(self.words, end["outcome"], where, end["evidence"], remedy)
 
 
-class AsyncMachine(Client[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, dict[str, Any]]]):
+class AsyncMachine(
+    Client[
+        Coroutine[Any, Any, AsyncMotion],
+        Coroutine[Any, Any, dict[str, Any]],
+        Coroutine[Any, Any, AsyncCapture],
+    ]
+):
     """A served machine, for asyncio; `async with` connects, and at the end stops what it moves.
 
     Parameters
@@ -207,16 +212,7 @@ class AsyncMachine(Client[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, 
     def follow(self, stage: str = "", *, hold: float = 0.1) -> AsyncStream:
         return AsyncStream(self, stage, hold)
 
-    async def capture(
-        self,
-        signals: str | Sequence[str],
-        trigger: str | Trigger = NOW,
-        *,
-        before: float = 0.0,
-        after: float = 1.0,
-        repeat: bool = False,
-    ) -> AsyncCapture:
-        fields = capturing.order(signals, trigger, before, after, repeat)
+    async def _capture(self, fields: dict[str, Any]) -> AsyncCapture:
         await self.link.order("capture", **fields)
         return AsyncCapture(self)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from collections.abc import Callable, Coroutine, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterator
 from concurrent import futures
 from typing import Any, Self, TypeVar
 
@@ -15,7 +15,6 @@ from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
 from macromicro.remote.capturing import Capture
 from macromicro.remote.failures import ConnectionLost
 from macromicro.remote.following import AsyncStream, Stream
-from macromicro.serve.capturing import NOW, Trigger
 from macromicro.serve.hosts import HOST, WEB_PORT
 
 T = TypeVar("T")
@@ -54,7 +53,7 @@ class Motion:
         return self._machine.run(asyncio.wait_for(self._inner.wait(), timeout))
 
 
-class Machine(Client[Motion, None]):
+class Machine(Client[Motion, None, Capture]):
     """A served machine; a context manager that at its end stops what it moves.
 
     What waits (a move, homing) also stops the machine where it is interrupted by Ctrl-C. The
@@ -106,17 +105,8 @@ class Machine(Client[Motion, None]):
     def follow(self, stage: str = "", *, hold: float = 0.1) -> Stream:
         return Stream(self, AsyncStream(self._inner, stage, hold))
 
-    def capture(
-        self,
-        signals: str | Sequence[str],
-        trigger: str | Trigger = NOW,
-        *,
-        before: float = 0.0,
-        after: float = 1.0,
-        repeat: bool = False,
-    ) -> Capture:
-        begun = self._inner.capture(signals, trigger, before=before, after=after, repeat=repeat)
-        return Capture(self, self.run(begun))
+    def _capture(self, fields: dict[str, Any]) -> Capture:
+        return Capture(self, self.run(self._inner._capture(fields)))
 
     def close(self) -> None:
         """Stop what this client moves, wait for rest, give control back, disconnect. Does nothing

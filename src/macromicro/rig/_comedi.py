@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.rig.cards._rig import CardError
-from macromicro.rig.cards._roles import ANALOG, COUNTER, DIGITAL
-from macromicro.rig.cards._wiring import Terminal
+from macromicro.rig.cards._wiring import ANALOG, COUNTER, DIGITAL, Terminal
 from macromicro.schema import keys
 
 _PLACE = ("subdevice", "channel")

@@ -11,8 +11,7 @@ import numpy as np
 from macromicro.errors import InputError
 from macromicro.extras import remedy
 from macromicro.rig.cards._rig import CardError
-from macromicro.rig.cards._roles import ANALOG, COUNTER, DIGITAL
-from macromicro.rig.cards._wiring import Terminal
+from macromicro.rig.cards._wiring import ANALOG, COUNTER, DIGITAL, Terminal
 from macromicro.schema.keys import found
 from macromicro.schema.text import printable
 from macromicro.units import quantity

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from macromicro.rig.contract import safe
+from macromicro.rig.cards._wiring import ROLES
 from macromicro.rig.session import Fixture, Session
 
 LIMITS = ("limit_low", "limit_high")
@@ -23,6 +23,11 @@ class Seen(NamedTuple):
     place: float  # counts; the one before where the encoder gave none
     hall: float  # V, so too
     tripped: tuple[str, ...]  # of `LIMITS`, by name
+
+
+def safe(fixture: Fixture) -> Any:
+    written = ROLES[fixture.kind].written
+    return written(*[0.0] * len(written._fields))
 
 
 class Driven:
@@ -81,15 +86,24 @@ def breakaway(driven: Driven, sign: float, most: float) -> tuple[float, float]:
     return sign * volts, seen[-1].place - first.place
 
 
+class Standing:
+    """For how long the stage has stood."""
+
+    def __init__(self, first: Seen) -> None:
+        self.moved = first  # the first reading with the present count
+
+    def seconds(self, s: Seen) -> float:
+        if s.place != self.moved.place:
+            self.moved = s
+        return s.t - self.moved.t
+
+
 def to_end(driven: Driven, volts: float) -> Seen | None:
     """Drive until a limit switch trips or the stage stands."""
-    first = driven.last
-    track = [first]
+    first, standing = driven.last, Standing(driven.last)
 
     def over(s: Seen) -> bool:
-        if s.place != track[-1].place:
-            track.append(s)
-        stands = s.t - track[-1].t >= STILL
+        stands = standing.seconds(s) >= STILL
         return stands or bool(set(s.tripped) - set(first.tripped))
 
     last = driven.run(lambda t: {"motor": volts}, over, LONGEST)[-1]
@@ -98,13 +112,11 @@ def to_end(driven: Driven, volts: float) -> Seen | None:
 
 def to_place(driven: Driven, volts: float, place: float) -> None:
     """Drive back to a place (counts) until it is passed or the stage stands."""
-    first, track = driven.last, [driven.last]
+    first, standing = driven.last, Standing(driven.last)
 
     def over(s: Seen) -> bool:
-        if s.place != track[-1].place:
-            track.append(s)
         passed = (s.place - place) * (first.place - place) <= 0.0
-        return passed or s.t - track[-1].t >= STILL
+        return standing.seconds(s) >= STILL or passed
 
     driven.run(lambda t: {"motor": volts}, over, LONGEST)
 

@@ -1,8 +1,10 @@
-"""Checks of a rig at rest: channels, units, time, rate and stop. In motion: `contract_moving`."""
+"""Checks of a rig: at rest its channels, units, time, rate and stop; then in motion."""
 
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -11,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.conformance import Broken, Checks, Finding, failed, performed, require
-from macromicro.rig.cards._roles import DIGITAL, ROLES
+from macromicro.rig._driven import LONGEST
+from macromicro.rig._strokes import Driven, Seen, Standing, safe
+from macromicro.rig.cards._wiring import DIGITAL, ROLES
 from macromicro.rig.session import BENCH, Fixture, Session
 
 SHORTEST = 0.5  # s that a rig is watched, and at least so many readings:
@@ -43,31 +47,22 @@ class Watched(NamedTuple):
     reading: Array
     writing: Array
     period: Array
-
-
-def safe(fixture: Fixture) -> Any:
-    written = ROLES[fixture.kind].written
-    return written(*[0.0] * len(written._fields))
+    trips: list[float]  # how long orders and their answers took, s; none without such a link
+    stopped: float  # how long a second stop took, s
 
 
 def check(fixture: Fixture) -> Iterator[Finding]:
     """Open a rig and check everything that shows at rest."""
     try:
         with fixture.open() as rig:
-            watched = watch(fixture, rig)
-            trips = rig.round_trips()
-            rig.stop()
-            asked = time.perf_counter()
-            rig.stop()
-            stopped = time.perf_counter() - asked
+            watched = _watch(fixture, rig)
     except Exception as error:
         yield failed("open", error, "fix what the message names, then run this again")
         return
     yield Finding("open", True, f"{fixture.kind}, {len(watched.samples)} readings, closed again")
-    yield from performed(_CHECKS, fixture, watched)
-    if trips:
-        yield Finding("link", True, _link(fixture, trips))
-    yield from performed((("stop", _stop),), stopped)
+    linked = () if watched.trips else ("link",)
+    checks = [each for each in _AT_REST if each[0] not in linked]
+    yield from performed(checks, fixture, watched)
     try:
         with fixture.open() as rig:
             rig.read()
@@ -78,15 +73,8 @@ def check(fixture: Fixture) -> Iterator[Finding]:
     yield Finding("again", True, "opened and read again")
 
 
-def _stop(seconds: float) -> str:
-    found = f"stop returned after {1e3 * seconds:.2g} ms, twice"
-    remedy = f"it must return within {1e3 * SLOW_STOP:g} ms: let nothing wait in it"
-    require(seconds <= SLOW_STOP, found, remedy)
-    return found
-
-
-def watch(fixture: Fixture, rig: Session) -> Watched:
-    """Read an opened rig for a while, its outputs safe."""
+def _watch(fixture: Fixture, rig: Session) -> Watched:
+    """Read an opened rig for a while, its outputs safe, and stop it twice."""
     periods, quiet = max(round(SHORTEST / fixture.dt), LEAST), safe(fixture)
     samples, marks = [], np.empty((periods + 1, 4))
     for k in range(periods + 1):
@@ -97,18 +85,23 @@ def watch(fixture: Fixture, rig: Session) -> Watched:
         marks[k] = began, read, time.perf_counter(), at
         rig.wait(fixture.dt)
     starts, seen, wrote, clock = marks.T
-    return Watched(samples, clock, seen - starts, wrote - seen, np.diff(starts))
+    trips = rig.round_trips()
+    rig.stop()
+    asked = time.perf_counter()
+    rig.stop()
+    stopped = time.perf_counter() - asked
+    return Watched(samples, clock, seen - starts, wrote - seen, np.diff(starts), trips, stopped)
 
 
 def _channels(fixture: Fixture, watched: Watched) -> str:
-    silent = [c for c in fixture.channels if np.isnan(values(watched.samples, c)).all()]
+    silent = [c for c in fixture.channels if np.isnan(_values(watched.samples, c)).all()]
     found = f"no value of {', '.join(silent)} in {len(watched.samples)} readings"
     require(not silent, found, "connect it, or leave it out of `channels`")
     fields = watched.samples[0]._fields
     extra = [
         c
         for c in fields[1:]
-        if c not in fixture.channels and not np.isnan(values(watched.samples, c)).all()
+        if c not in fixture.channels and not np.isnan(_values(watched.samples, c)).all()
     ]
     found = f"values of {', '.join(extra)}, which `channels` does not name"
     require(not extra, found, "name it in `channels`, or give NaN for it")
@@ -119,7 +112,7 @@ def _channels(fixture: Fixture, watched: Watched) -> str:
 
 def _units(fixture: Fixture, watched: Watched) -> str:
     for channel in fixture.channels:
-        seen = values(watched.samples, channel)
+        seen = _values(watched.samples, channel)
         seen = seen[~np.isnan(seen)]
         worst = float(seen[np.argmax(np.abs(seen))]) if len(seen) else 0.0
         role = ROLES[fixture.kind].inputs.get(channel)
@@ -133,11 +126,11 @@ def _units(fixture: Fixture, watched: Watched) -> str:
         else:
             for odd in seen[seen != np.round(seen)].tolist():
                 raise Broken(f"{channel} is {odd!r}", "give whole counts of the encoder")
-    return ", ".join(f"{c} {values(watched.samples, c)[-1]:.6g}" for c in fixture.channels)
+    return ", ".join(f"{c} {_values(watched.samples, c)[-1]:.6g}" for c in fixture.channels)
 
 
 def _time(fixture: Fixture, watched: Watched) -> str:
-    t, dt = values(watched.samples, "t"), fixture.dt
+    t, dt = _values(watched.samples, "t"), fixture.dt
     steps = np.diff(t)
     k = int(np.argmin(steps > 0.0))
     found = f"t goes from {t[k]:g} to {t[k + 1]:g} s from one reading to the next"
@@ -163,7 +156,7 @@ def _rate(fixture: Fixture, watched: Watched) -> str:
     spans = f"period {1e3 * median:.4g} ms, 99 % below {1e3 * late:.4g}, worst {1e3 * worst:.4g} ms"
     missed = int(np.sum(watched.period > 1.5 * dt))
     if fixture.timed:  # the computer may be late, as long as each reading is taken
-        missed = int(np.sum(np.rint(np.diff(values(watched.samples, "t")) / dt) - 1.0))
+        missed = int(np.sum(np.rint(np.diff(_values(watched.samples, "t")) / dt) - 1.0))
     found = f"{spans}, {missed} of {len(watched.period)} missed; {calls}"
     remedy = "end other programs, or permit real-time priority: macromicro doctor"
     if sum(work) > 0.7e6 * dt:
@@ -175,22 +168,181 @@ def _rate(fixture: Fixture, watched: Watched) -> str:
     return found
 
 
-def _link(fixture: Fixture, trips: list[float]) -> str:
+def _link(fixture: Fixture, watched: Watched) -> str:
     """Whether orders are answered in the next period."""
-    median, late, worst = 1e3 * np.quantile(trips, (0.5, 0.99, 1.0))
+    median, late, worst = 1e3 * np.quantile(watched.trips, (0.5, 0.99, 1.0))
     spans = f"an answer after {median:.3g} ms, 99 % within {late:.3g}, worst {worst:.3g} ms"
     if late <= 1.5e3 * fixture.dt:
         return f"{spans}: the host may close the loop"
     return f"{spans}: too late for a loop on the host (--loop host); let the board close it"
 
 
-_CHECKS: Checks = (
+def _stop(fixture: Fixture, watched: Watched) -> str:
+    found = f"stop returned after {1e3 * watched.stopped:.2g} ms, twice"
+    remedy = f"it must return within {1e3 * SLOW_STOP:g} ms: let nothing wait in it"
+    require(watched.stopped <= SLOW_STOP, found, remedy)
+    return found
+
+
+def _values(samples: list[Any], channel: str) -> Array:
+    return np.array([float(getattr(s, channel, math.nan)) for s in samples])
+
+
+_AT_REST: Checks = (
     ("channels", _channels),
     ("units", _units),
     ("time stamps", _time),
     ("rate", _rate),
+    ("link", _link),
+    ("stop", _stop),
 )
 
 
-def values(samples: list[Any], channel: str) -> Array:
-    return np.array([float(getattr(s, channel, math.nan)) for s in samples])
+WAY = 200.0  # counts that a stroke covers at most, but for coming to rest
+_STROKE = 0.5  # s, at most
+_REST = 1.0  # s in which it must have come to rest
+_SPAN = 0.02  # s that a speed is taken over
+_STILL = 0.1  # s without a count are rest
+_DEAD = 0.3  # s from the kill to the next opening
+_HEAT = 1.0  # s
+
+
+class Stroke(NamedTuple):
+    """One stroke at a constant voltage."""
+
+    moved: float  # by the end of the voltage, counts
+    speed: float  # then, counts/s
+    coasted: float  # from there on, counts
+    rested: float  # how long it took to rest, s; NaN if it did not
+
+
+def said(fixture: Fixture, volts: float) -> list[str]:
+    """What `check_moving` will do, for the operator."""
+    if not fixture.has("encoder"):
+        return [f"{fixture.name}: CTRL {volts:g} V for {_HEAT:g} s"]
+    return [
+        f"{fixture.name}: motor {volts:g} V, then {-volts:g} V, each until {WAY:g} counts or for "
+        f"{_STROKE:g} s;",
+        f"  then {volts:g} V in a process that is killed in motion, {_DEAD:g} s without control.",
+        "  Put the stage in the middle of its travel, a hand at the emergency stop.",
+    ]
+
+
+def check_moving(fixture: Fixture, volts: float) -> Iterator[Finding]:
+    """Move a rig and check it."""
+    if not fixture.has("encoder"):
+        yield from performed(HEAT, fixture, volts)
+        return
+    try:
+        with fixture.open() as rig:
+            there = stroke(fixture, rig, volts)
+            back = stroke(fixture, rig, -volts)
+    except Exception as error:
+        yield failed("motion", error, "fix what the message names, then run this again")
+        return
+    yield from performed(_IN_MOTION, fixture, volts, there, back, first=("direction",))
+
+
+def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:
+    """One stroke, and until it rests."""
+    driven = Driven(fixture, rig)
+    first = driven.last
+    track = driven.run(
+        lambda t: {"motor": volts}, lambda s: abs(s.place - first.place) >= WAY, _STROKE
+    )
+    end, standing = track[-1], Standing(track[-1])
+    last = driven.run(lambda t: {}, lambda s: standing.seconds(s) >= _STILL, _REST)[-1]
+    rested = standing.moved.t - end.t if standing.seconds(last) >= _STILL else math.nan
+    return Stroke(end.place - first.place, _speed(track), last.place - end.place, rested)
+
+
+def _direction(fixture: Fixture, volts: float, there: Stroke, back: Stroke) -> str:
+    """Whether counts rise with the motor's voltage."""
+    found = f"{volts:g} V: {there.moved:+.0f} counts, {-volts:g} V: {back.moved:+.0f} counts"
+    moves = abs(there.moved) >= 2.0 or abs(back.moved) >= 2.0
+    require(moves, found, "it does not move: a higher --move, or its wiring")
+    remedy = "counts must rise with the motor's voltage: turn over one of the two"
+    require(not there.moved < 0.0 < back.moved, found, remedy)
+    remedy = "it moves one way only: a stop, a stage that sticks, or half of an amplifier"
+    require(back.moved < 0.0 < there.moved, found, remedy)
+    return found
+
+
+def _stopping(fixture: Fixture, volts: float, there: Stroke, back: Stroke) -> str:
+    rested = not any(math.isnan(s.rested) for s in (there, back))
+    found = f"it still moves {_REST:g} s after its outputs were made safe"
+    require(rested, found, "0 V must be 0 N: look at the offset")
+    worst = max(there, back, key=lambda s: abs(s.coasted))
+    gone = f"{abs(worst.coasted):.0f} counts in {worst.rested:.2g} s"
+    return f"{gone} from {worst.speed:.4g} counts/s"
+
+
+def _killed(fixture: Fixture, volts: float, there: Stroke, back: Stroke) -> str:
+    """Kill a process that drives the rig, and measure how far it went."""
+    last, at = _driven(fixture, volts)
+    time.sleep(max(_DEAD - (time.monotonic() - at), 0.0))
+    with fixture.open() as rig:
+        place = rig.read().encoder
+    if not fixture.counted:
+        return (
+            "opened again after SIGKILL; how far it went is not known: its counter does not count "
+            "on while it is not open (attribute `counted`). Was there a motion after the kill?"
+        )
+    gone = place - last
+    powered = abs(gone - there.coasted) / max(abs(there.speed), 1.0)
+    found = (
+        f"{gone:+.0f} counts in the {_DEAD:g} s after SIGKILL, {there.coasted:+.0f} after a stop: "
+        f"its outputs stayed on for about {powered:.2g} s"
+    )
+    remedy = (
+        "the outputs stay as they were when the process dies: give the amplifier an enable line "
+        "that a watchdog of its own drops"
+    )
+    require(powered <= 0.5 * _DEAD, found, remedy)
+    return found
+
+
+def _driven(fixture: Fixture, volts: float) -> tuple[float, float]:
+    """The last place [counts] that a process told before it was killed, and when that was."""
+    command = (sys.executable, "-m", "macromicro.rig._driven", fixture.name, f"{volts!r}", f"{WAY}")
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    first = last = math.nan
+    assert child.stdout is not None and child.stderr is not None
+    for line in child.stdout:
+        last = float(line.split()[1])
+        first = last if math.isnan(first) else first
+        if abs(last - first) >= 0.5 * WAY:
+            break
+    ended = child.poll() is not None
+    child.kill()
+    at = time.monotonic()
+    rest = child.communicate()
+    seen = [float(line.split()[1]) for line in rest[0].splitlines() if len(line.split()) == 2]
+    found = f"it ended before it could be killed: {rest[1].strip()[-160:] or 'no motion'}"
+    remedy = f"it must move within {LONGEST:g} s at this voltage"
+    require(not ended and not math.isnan(first), found, remedy)
+    return seen[-1] if seen else last, at
+
+
+def _heated(fixture: Fixture, volts: float) -> str:
+    """Heat the wires for a second and read the Hall sensor."""
+    with fixture.open() as rig:
+        driven = Driven(fixture, rig)
+        before = driven.last.hall
+        after = driven.run(lambda t: {"ctrl": volts}, lambda s: False, _HEAT)[-1].hall
+    found = f"{volts:g} V for {_HEAT:g} s: Hall sensor from {before:.4g} to {after:.4g} V"
+    remedy = "it does not contract: a higher --move, or its wiring"
+    require(abs(after - before) >= 0.02, found, remedy)
+    return found
+
+
+def _speed(track: list[Seen]) -> float:
+    """Speed at the end of a track over `_SPAN`, by the rig's own times; counts/s."""
+    end = track[-1]
+    begin = next((s for s in reversed(track) if end.t - s.t >= _SPAN), track[0])
+    return (end.place - begin.place) / (end.t - begin.t) if end.t > begin.t else 0.0
+
+
+DIRECTION: Checks = (("direction", _direction),)
+HEAT: Checks = (("heat", _heated),)
+_IN_MOTION: Checks = (*DIRECTION, ("coming to rest", _stopping), ("killed process", _killed))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from typing import Any, Self
 
 import numpy as np
@@ -32,10 +33,9 @@ class Guarded:
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self.rig = rig
-        self._limits = limits
+        self._limits, self._dt = limits, dt
         self.watch = guard.fresh()
         self.given: Outputs = SAFE
-        self._dt = dt
         self._sample: Sample | None = None
         self._command = IDLE
         self._there = ("encoder" in rig.channels, "hall" in rig.channels)
@@ -168,22 +168,19 @@ def store(s: Watch, row: Any) -> None:
     row[_HEAT], row[_HEAT + 1] = s.heat.anchor, s.heat.idle
 
 
-@kernel
-def restored(row: Any) -> Watch:
-    k = _SEEN
-    seen = Seen(
-        row[k], row[k + 1], row[k + 2], row[k + 3], row[k + 4], row[k + 5], row[k + 6], row[k + 7],
-        row[k + 8], row[k + 9], row[k + 10], row[k + 11], row[k + 12], row[k + 13], row[k + 14],
-        row[k + 15],
-    )  # fmt: skip
-    macro = Envelope(row[_MACRO], row[_MACRO + 1], row[_MACRO + 2])
-    micro = Envelope(row[_MICRO], row[_MICRO + 1], row[_MICRO + 2])
-    heating = Heating(row[_HEATING], row[_HEATING + 1], row[_HEATING + 2])
-    heat = Heat(heating, row[_HEAT], row[_HEAT + 1])
-    return Watch(int(row[0]), row[1], row[2], row[3], seen, macro, micro, heat)
+def restored(row: Sequence[float]) -> Watch:
+    """The guard's state from what `store` has written."""
+    numbers = iter(row)
+
+    def part(kind: Any) -> Any:
+        return kind(*islice(numbers, len(kind._fields)))
+
+    fault, value, limit, time = islice(numbers, _SEEN)
+    seen, macro, micro, heating = part(Seen), part(Envelope), part(Envelope), part(Heating)
+    return Watch(int(fault), value, limit, time, seen, macro, micro, Heat(heating, *numbers))
 
 
-_JUDGE, _SHOW, _TAKE = 0.0, 1.0, 2.0
+_JUDGE, _SHOW = 0.0, 1.0
 _ENCODER, _HALL, _SAMPLE = 1, 2, 3  # places in what is asked; 0 is the order
 _COMMAND = _SAMPLE + len(Sample._fields)
 _OUTPUTS = _COMMAND + len(Command._fields)
@@ -212,10 +209,8 @@ def _guard(
             answer[3] = given.laser_reset
             answer[4] = guard.temperature(p.limits, s)
             answer[5] = float(sensing.doubt(p.limits, s.seen, dt))
-        elif asked[0] == _SHOW:
-            store(s, state)
         else:
-            s = restored(state)
+            store(s, state)
         yield s.fault
 
 
@@ -229,11 +224,6 @@ class CompiledGuarded(Guarded):
         self._asked = np.zeros(_ASKED)
         self._answer = np.zeros(6)
         self._state = np.zeros(FIELDS)
-        # The coroutine refers to the arrays inside, and does not own them.
-        self._start = guard.fresh()
-        self._guard = compiled(_guard)(
-            limits, self._start, self._asked, self._answer, self._state, dt
-        )
         super().__init__(rig, limits, dt)
         self._asked[_ENCODER : _HALL + 1] = self._there
 
@@ -246,9 +236,12 @@ class CompiledGuarded(Guarded):
 
     @watch.setter
     def watch(self, watch: Watch) -> None:
-        store(watch, self._state)
-        self._asked[0] = _TAKE
-        self._fault = next(self._guard)
+        self._fault = watch.fault
+        # The coroutine refers to the arrays inside, and does not own them.
+        self._start = watch
+        self._guard = compiled(_guard)(
+            self._limits, watch, self._asked, self._answer, self._state, self._dt
+        )
         self._temperature = guard.temperature(self._limits.limits, watch)
 
     @property

@@ -107,6 +107,9 @@ class Carded:
         return str(self.path)
 
 
+AnyFactory = Factory | Carded | Boarded
+
+
 def open_rig(
     name: str,
     seed: int = 0,
@@ -228,7 +231,7 @@ def _takes_seed(function: Any) -> bool:
     return True
 
 
-def _check(rig: Any, factory: Factory | Carded | Boarded) -> None:
+def _check(rig: Any, factory: AnyFactory) -> None:
     """Check that `rig` has the shape of `types.Rig`."""
     missing = [n for n in _METHODS if not callable(getattr(rig, n, None))]
     missing += [n for n in ("channels", "clock") if not hasattr(rig, n)]
@@ -239,9 +242,7 @@ def _check(rig: Any, factory: Factory | Carded | Boarded) -> None:
         raise ProblemError(f"{OPTION} {factory}", problem, "Return a rig as in docs/rigs.md.")
 
 
-def _channels(
-    rig: Any, factory: Factory | Carded | Boarded, known: tuple[str, ...]
-) -> tuple[str, ...]:
+def _channels(rig: Any, factory: AnyFactory, known: tuple[str, ...]) -> tuple[str, ...]:
     named = rig.channels
     several = isinstance(named, Collection) and not isinstance(named, str)
     if not several or not all(isinstance(c, str) for c in named):
@@ -254,7 +255,7 @@ def _channels(
     return tuple(c for c in named if c != "t")
 
 
-def _number(rig: Any, factory: Factory | Carded | Boarded, name: str, default: float) -> float:
+def _number(rig: Any, factory: AnyFactory, name: str, default: float) -> float:
     """The rig's attribute `name`: a number >= 0, or > 0 if the default is."""
     value = getattr(rig, name, default)
     number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -264,7 +265,7 @@ def _number(rig: Any, factory: Factory | Carded | Boarded, name: str, default: f
     return float(value)
 
 
-def _own(rig: Any, factory: Factory | Carded | Boarded, name: str, kind: type[T]) -> T | None:
+def _own(rig: Any, factory: AnyFactory, name: str, kind: type[T]) -> T | None:
     """The rig's attribute `name` of this type, or None."""
     value = getattr(rig, name, None)
     if value is not None and not isinstance(value, kind):

@@ -49,23 +49,8 @@ class Seen(NamedTuple):
     stood: Annotated[float, Meaning("without a new time", "s")]
 
 
-UNSEEN = Seen(
-    encoder=math.nan,
-    encoder_age=0.0,
-    hall=math.nan,
-    hall_age=0.0,
-    same=0.0,
-    railed=0.0,
-    pushed=0.0,
-    leant=0.0,
-    against=0.0,
-    jump=0.0,
-    possible=0.0,
-    before=math.nan,
-    noise=0.0,
-    time=math.nan,
-    passed=0.0,
-    stood=0.0,
+UNSEEN = Seen(**dict.fromkeys(Seen._fields, 0.0))._replace(
+    encoder=math.nan, hall=math.nan, before=math.nan, time=math.nan
 )
 
 

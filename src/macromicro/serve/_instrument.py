@@ -23,7 +23,7 @@ from macromicro.serve._programmes import Planned, called
 from macromicro.serve.hosts import Token
 
 if TYPE_CHECKING:
-    from macromicro.serve.choosing import AnySettings
+    from macromicro.serve.settings import AnySettings
     from macromicro.serve.station import Station
 
 SPARE = 1000  # rows: for clocks that differ

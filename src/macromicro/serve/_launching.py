@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.portable import READ_WRITE
 from macromicro.serve import link
-from macromicro.serve.choosing import AnySettings
 from macromicro.serve.persist import Kept
+from macromicro.serve.settings import AnySettings
 from macromicro.serve.shared import Shared
 
 LIVE = "macromicro.serve.live:make"
@@ -43,23 +43,26 @@ class Child(NamedTuple):
     channels: tuple[str, ...]
 
 
+def fresh_python(code: str, *words: str) -> dict[str, Any]:
+    """How to run code in another process, which finds the same modules."""
+    paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
+    return {
+        "args": [sys.executable, "-P", "-c", code, *words],
+        "env": {**os.environ, "PYTHONPATH": paths},
+        "stdin": subprocess.DEVNULL,
+    }
+
+
 def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
     """Start the loop process, which inherits the lock; returns shortly before its first period."""
     ours, theirs = link.pair()
-    paths = [p or os.getcwd() for p in sys.path]
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
-    start = [sys.executable, "-P", "-c", _CODE]
     try:
         if os.name == "nt":
-            process = _given(start, theirs, shared, env)
+            process = _given(theirs, shared)
         else:
             fds = (theirs.fileno(), shared.fd, lock_fd)
             process = subprocess.Popen(
-                [*start, *map(str, fds)],
-                pass_fds=fds,
-                stdin=subprocess.DEVNULL,
-                env=env,
-                start_new_session=True,
+                **fresh_python(_CODE, *map(str, fds)), pass_fds=fds, start_new_session=True
             )
     finally:
         theirs.close()
@@ -73,14 +76,11 @@ def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
         raise
 
 
-def _given(
-    start: list[str], theirs: socket.socket, shared: Shared, env: dict[str, str]
-) -> subprocess.Popen[bytes]:
+def _given(theirs: socket.socket, shared: Shared) -> subprocess.Popen[bytes]:
     """Start it on Windows, which passes sockets by a text made for that process."""
     group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Ctrl-C does not reach it
-    process = subprocess.Popen(
-        [*start, shared.path], stdin=subprocess.PIPE, env=env, creationflags=group
-    )
+    started = fresh_python(_CODE, shared.path) | {"stdin": subprocess.PIPE}
+    process = subprocess.Popen(**started, creationflags=group)
     assert process.stdin is not None
     process.stdin.write(theirs.share(process.pid))  # type: ignore[attr-defined]
     process.stdin.close()

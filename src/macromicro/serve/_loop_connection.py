@@ -20,12 +20,11 @@ from macromicro.errors import MacromicroError
 from macromicro.serve import _background, _safing, _watching, faults, link, persist
 from macromicro.serve._background import in_thread
 from macromicro.serve._launching import Child, Spec, launch
-from macromicro.serve._ledger import InForce, Ledger
+from macromicro.serve._ledger import LOG, InForce, Ledger, Trail
 from macromicro.serve._machine import Point
-from macromicro.serve._position_store import PositionStore, Shown
 from macromicro.serve._sending import Sender
-from macromicro.serve._trail import LOG, Trail
-from macromicro.serve.choosing import AnySettings
+from macromicro.serve.persist import PositionStore, Shown
+from macromicro.serve.settings import AnySettings
 from macromicro.serve.shared import HEARTBEAT, LEAVE, RENEWED, WRITTEN, Shared
 from macromicro.serve.snapshot import Trouble
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,22 +27,13 @@ class Planned(NamedTuple):
     moves: int
 
 
-class Programmes(Protocol):
-    def names(self) -> tuple[str, ...]: ...
-
-    def named(self, name: str, soft: SoftLimits) -> Planned:
-        """One of the machine's own programmes."""
-
-    def read(self, path: Path, soft: SoftLimits) -> Planned: ...
-
-
 def called(error: InputError, path: Path, name: str) -> InputError:
     """An error in a file, under the `name` that the client knows."""
     return error.at(error.where.replace(str(path), name))
 
 
 class TwoStage(NamedTuple):
-    """`Programmes` of the two-stage machine."""
+    """Programmes of the two-stage machine: its own, by their names, and those of files."""
 
     pitch: float  # m per count
     rates: bool = False  # the law uses speed and acceleration of the set point
@@ -80,7 +71,7 @@ USUAL = "usual"
 
 
 class OneStage(NamedTuple):
-    """`Programmes` of a single-stage machine with settings `tree`."""
+    """Programmes of a single-stage machine with settings `tree`."""
 
     tree: Any
 
@@ -104,7 +95,7 @@ class OneStage(NamedTuple):
 
 
 class SeveralStages(NamedTuple):
-    """`Programmes` of a machine of several stages with settings `tree`."""
+    """Programmes of a machine of several stages with settings `tree`."""
 
     machine: Composite
     tree: Any
@@ -128,3 +119,6 @@ class SeveralStages(NamedTuple):
         else:
             plan = moves.plan(self.machine, self.tree, found)
         return Planned(found.title, plan.plans, len(plan.legs))
+
+
+Programmes = TwoStage | OneStage | SeveralStages

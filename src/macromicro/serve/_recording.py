@@ -16,11 +16,10 @@ from macromicro.nominal import PERIOD
 from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import ended
+from macromicro.serve._ledger import Trail
 from macromicro.serve._loop_connection import LoopConnection
-from macromicro.serve._trail import Trail
 from macromicro.serve._watching import NO_RECORDING, latched
-from macromicro.serve.choosing import AnySettings
-from macromicro.serve.settings import STOP
+from macromicro.serve.settings import STOP, AnySettings
 from macromicro.serve.shared import PLAIN, WRITTEN, Shared, Telemetry
 from macromicro.serve.snapshot import RecordingState, Trouble
 from macromicro.serve.storage import make_folder

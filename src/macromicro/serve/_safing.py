@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from typing import NamedTuple
 
 from macromicro.rig.opening import TWIN
 from macromicro.schema.text import printable
+from macromicro.serve._launching import fresh_python
 
 LIMIT_S = 10.0  # for Python, the rig's module, opening it and its stop
 TERM_S = 0.25  # in which a process that was sent SIGTERM has to end
@@ -59,15 +59,12 @@ def _stop(rig: str, seed: int) -> Safed:
     """Stop one rig; the twin has ended with its loop process."""
     if rig == TWIN:
         return Safed(True, "the virtual bench ended with its loop process")
-    paths = os.pathsep.join(p or os.getcwd() for p in sys.path)
     began = time.monotonic()
     try:
         done = subprocess.run(
-            [sys.executable, "-P", "-c", _CODE, rig, str(seed)],
-            stdin=subprocess.DEVNULL,
+            **fresh_python(_CODE, rig, str(seed)),
             capture_output=True,
             text=True,
-            env={**os.environ, "PYTHONPATH": paths},
             start_new_session=True,
             timeout=LIMIT_S + 1.0,
             check=False,

@@ -18,8 +18,8 @@ from macromicro.errors import MacromicroError
 from macromicro.serve import link, requests
 from macromicro.serve._background import on_loop
 from macromicro.serve._launching import Child
-from macromicro.serve._position_store import PositionStore
 from macromicro.serve.link import Outbox
+from macromicro.serve.persist import PositionStore
 from macromicro.serve.requests import Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY, SAFE_SINCE, SEEN, WRITTEN, Shared
 

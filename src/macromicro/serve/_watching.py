@@ -13,9 +13,8 @@ import numpy as np
 from macromicro.control.live.messages import DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve import faults
-from macromicro.serve._position_store import FLICKER, Shown
-from macromicro.serve.choosing import AnySettings
-from macromicro.serve.persist import Kept
+from macromicro.serve.persist import FLICKER, Kept, Shown
+from macromicro.serve.settings import AnySettings
 from macromicro.serve.shared import (
     ALIVE,
     EMERGENCY,

@@ -8,9 +8,8 @@ import tempfile
 from pathlib import Path
 
 from macromicro.rig.opening import TWIN
-from macromicro.serve.choosing import load
 from macromicro.serve.hosts import HOST
-from macromicro.serve.settings import patient
+from macromicro.serve.settings import load, patient
 from macromicro.serve.station import Station
 from macromicro.serve.web.server import WebServer
 

@@ -19,7 +19,7 @@ from macromicro.serve.shared import ROWS, WRITTEN, Shared
 
 if TYPE_CHECKING:
     from macromicro.serve._loop_connection import LoopConnection
-    from macromicro.serve.choosing import AnySettings
+    from macromicro.serve.settings import AnySettings
 
 NOW, EDGE, LEVEL, BEGIN, END, FAULT, AT_LIMIT = (
     "now", "edge", "level", "begin", "end", "fault", "limit",

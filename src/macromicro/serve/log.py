@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from macromicro.errors import ProblemError
 from macromicro.schema.text import printable
-from macromicro.serve._trail import LOG
+from macromicro.serve._ledger import LOG
 
 BYTES, FILES = 4_000_000, 5  # of each file, and how many: nothing grows beyond
 WAITING = 10_000  # lines; further ones are dropped rather than wait for a disk
@@ -24,14 +24,14 @@ _SYSLOG = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (log
 class Log:
     """Writes the log to stderr (or systemd's journal) and to a rotating file; a context manager."""
 
-    def __init__(self, file: Path | None, option: str = "--log") -> None:
+    def __init__(self, file: Path | None) -> None:
         self._handlers: list[logging.Handler] = [_Stderr()]
         if file is not None:
             try:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 made = _File(file, maxBytes=BYTES, backupCount=FILES - 1, encoding="utf-8")
             except OSError as error:
-                where = f"{option} {printable(file, 300)}"
+                where = f"--log {printable(file, 300)}"
                 problem = f"cannot be written ({error.strerror or error})"
                 remedy = "Choose a file in a folder that you may write to."
                 raise ProblemError(where, problem, remedy) from None

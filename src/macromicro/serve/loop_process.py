@@ -37,9 +37,8 @@ from macromicro.serve._machine import Opened
 from macromicro.serve.link import Outbox
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Kept
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.settings import LiveSettings, StageSettings
 from macromicro.serve.shared import Shared
-from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import others_beside, warm
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.live import messages as m
-from macromicro.serve.choosing import AnySettings
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.settings import AnySettings, LiveSettings
 from macromicro.serve.shared import INDEX
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.station import Station

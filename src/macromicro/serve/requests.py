@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Sequence
 from functools import cache
+from itertools import chain
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.control.live import messages as m
@@ -79,219 +83,30 @@ def _shown(unit: str, value: float, place: Place) -> str:
     return f"{value:.0f} counts" if unit == "counts" else f"{value:.6g} {unit}"
 
 
-# Lengths: wider than any machine's travel; what is out of the soft limits is refused with their
-# values.
-REQUESTS: tuple[RequestType, ...] = (
-    RequestType(
-        "move to",
-        m.MoveTo,
-        "MOVE[:ABSolute]",
-        "Move the whole positioner to a position: macro-stage, wait, micro-stage; or the "
-        "micro-stage alone if it reaches the position.",
-        (Field("position", "m", -10.0, 10.0, ends="whole"),),
-        motion="move to",
-    ),
-    RequestType(
-        "move by",
-        m.MoveBy,
-        "MOVE:RELative",
-        "Move the whole positioner by a distance from the target of the last move, else from its "
-        "position.",
-        (Field("distance", "m", -10.0, 10.0),),
-        motion="move by",
-    ),
-    RequestType(
-        "move macro",
-        m.MoveMacro,
-        "MOVE:MACRo",
-        "Move the macro-stage alone; the micro-stage is switched off.",
-        (Field("position", "counts", -1e6, 1e6, ends="macro"),),
-        motion="macro move to",
-    ),
-    RequestType(
-        "move micro",
-        m.MoveMicro,
-        "MOVE:MICRo",
-        "Move the micro-stage alone to a contraction.",
-        (Field("contraction", "m", -1.0, 1.0, ends="micro"),),
-        motion="micro move to",
-    ),
-    RequestType(
-        "move macro by",
-        m.MoveMacroBy,
-        "MOVE:MACRo:RELative",
-        "Move the macro-stage alone by some counts from its last target, else from its position; "
-        "the micro-stage is switched off.",
-        (Field("distance", "counts", -1e6, 1e6),),
-        motion="macro move by",
-    ),
-    RequestType(
-        "move micro by",
-        m.MoveMicroBy,
-        "MOVE:MICRo:RELative",
-        "Move the micro-stage alone by a distance from the contraction that it holds, else from "
-        "its position.",
-        (Field("distance", "m", -1.0, 1.0),),
-        motion="micro move by",
-    ),
-    RequestType(
-        "move point",
-        m.MovePoint,
-        "MOVE:POINt",
-        "Move all stages of a machine of several to a point on a straight line, in their order.",
-        (
-            Field("x", "m", -10.0, 10.0, key="x", ends="x"),
-            Field("y", "m", -10.0, 10.0, key="y", ends="y"),
-        ),
-        motion="move to",
-    ),
-    RequestType(
-        "move point by",
-        m.MovePointBy,
-        "MOVE:POINt:RELative",
-        "Move all stages of a machine of several by distances on a straight line, each from the "
-        "target that it holds, else from its position.",
-        (Field("x", "m", -10.0, 10.0, key="x"), Field("y", "m", -10.0, 10.0, key="y")),
-        motion="move by",
-    ),
-    RequestType(
-        "move axis",
-        m.MoveAxis,
-        "MOVE:{stage}",
-        "Move the {stage} of a machine of several stages alone.",
-        (
-            Field("axis", key="axis", choices=m.AXES),
-            Field("position", "m", -10.0, 10.0, ends="{stage}"),
-        ),
-        motion="move axis to",
-    ),
-    RequestType(
-        "move axis by",
-        m.MoveAxisBy,
-        "MOVE:{stage}:RELative",
-        "Move the {stage} of a machine of several stages alone by a distance from the target that "
-        "it holds, else from its position.",
-        (Field("axis", key="axis", choices=m.AXES), Field("distance", "m", -10.0, 10.0)),
-        motion="move axis by",
-    ),
-    RequestType(
-        "stop",
-        m.Stop,
-        "STOP",
-        "Decelerate; *OPC? waits for rest. Pending commands of this client are dropped.",
-        access=STOPS,
-        effect=ENDS,
-    ),
-    RequestType(
-        "emergency",
-        m.EmergencyStop,
-        "ABORt",
-        "Emergency stop: safe outputs before the next control step, the positioner "
-        "disabled. Pending commands of this client are dropped.",
-        access=STOPS,
-        effect=ENDS,
-    ),
-    RequestType(
-        "jog",
-        m.Jog,
-        "JOG:{stage}",
-        "Move the {stage} at a speed until the next JOG; 0 ends it. With a hold time it ends as "
-        "lost unless another JOG renews it within that time. *OPC? waits only for its "
-        "deceleration.",
-        (
-            Field("stage", key="stage", choices=(*m.STAGES, *m.AXES)),
-            Field("speed", "m/s", -1.0, 1.0, key="speed"),
-            Field("hold", "s", 0.0, m.JOG_HOLD, key="hold", default=0.0),
-        ),
-        effect=MOVES,  # unless its speed is 0
-    ),
-    RequestType(
-        "follow",
-        m.Follow,
-        "FOLLow:{stage}",
-        "Follow set points of FOLLow:POINt with the {stage} until FOLLow:END, a stop or another "
-        "motion; without a set point for the hold time it comes to rest, and the motion ends as "
-        "lost.",
-        (
-            Field("stage", key="stage", choices=(*m.STAGES, *m.AXES, m.ALL)),
-            Field("hold", "s", m.SHORTEST_HOLD, m.LONGEST_HOLD, key="hold"),
-        ),
-        motion="follow",
-    ),
-    RequestType(
-        "end follow",
-        m.EndFollow,
-        "FOLLow:END",
-        "Come to rest on the last set point; the motion ends as done.",
-        effect=ENDS,
-    ),
-    RequestType(
-        "home", m.Home, "HOME", "Find the low end stop and set the position.", motion="homing"
-    ),
-    RequestType("zero", m.Zero, "ZERO", "Set the laser and the relative reading to zero."),
-    RequestType(
-        "enable",
-        m.Enable,
-        "ENABle",
-        "From disabled to ready; no effect if enabled. Nothing moves.",
-        effect=WAKES,
-    ),
-    RequestType("disable", m.Disable, "DISable", "Switch both stages off at once.", effect=ENDS),
-    RequestType("fan", m.Fan, "FAN", "Switch the actuator's fan.", (Field("state", key="on"),)),
-    RequestType(
-        "clear",
-        m.ClearFault,
-        "FAULt:CLEar",
-        "Clear a fault whose cause is gone; the machine is disabled.",
-        effect=WAKES,
-    ),
-    # What these carry (a plan, pairs, three pairs of ends) each protocol reads in its own way.
-    RequestType("programme", m.Programme, "PROGram:RUN", "Run it.", motion="programme"),
-    RequestType("gains", m.SetGains, "GAIN", "Set it."),
-    RequestType(
-        "set speed",
-        m.SetSpeed,
-        "SPEed:{stage}",
-        "Maximum speed of moves of the {stage}, from the next one on, up to that of the settings; "
-        "not of programmes and jogs, not on the two-stage machine, and not while it moves.",
-        (
-            Field("stage", key="stage", choices=(m.MACRO, *m.AXES)),
-            Field("speed", "m/s", 0.0, 1e3, key="speed"),
-        ),
-    ),
-    RequestType(
-        "limits",
-        m.SetLimits,
-        "LIMit:DEFault",
-        "Reset the soft limits to those at the machine's start.",
-    ),
-)
+def _read(table: dict[str, dict[str, Any]]) -> tuple[RequestType, ...]:
+    made = []
+    for name, row in table.items():
+        message = getattr(m, row.pop("message"))
+        fields = tuple(_field(**field) for field in row.pop("fields", ()))
+        made.append(RequestType(name, message, fields=fields, **row))
+    return tuple(made)
+
+
+def _field(choices: Sequence[str] = (), **rest: Any) -> Field:
+    """A field, where a name in capitals is one of the messages'."""
+    given = {
+        key: getattr(m, value) if isinstance(value, str) and value.isupper() else value
+        for key, value in rest.items()
+    }
+    named = [getattr(m, choice) for choice in choices]
+    several = ((each,) if isinstance(each, str) else each for each in named)
+    return Field(choices=tuple(chain.from_iterable(several)), **given)
+
+
+_TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+REQUESTS = _read(_TABLE["requests"])
 # Set points: they cost no reply, no queue and no file. The machine follows the newest one.
-STREAMED: tuple[RequestType, ...] = (
-    RequestType(
-        "point",
-        m.SetPoint,
-        "FOLLow:POINt",
-        "Set point of a FOLLow, which continues with the velocity (0 unless given) until the next "
-        "one; beyond the soft limits it is clipped.",
-        (
-            Field("position", "m", -10.0, 10.0),
-            Field("velocity", "m/s", -1e3, 1e3, key="velocity", default=0.0),
-        ),
-    ),
-    RequestType(
-        "points",
-        m.SetPoints,
-        "FOLLow:POINt:ALL",
-        "Set point of a FOLLow:ALL: all stages, and their velocities.",
-        (
-            Field("x", "m", -10.0, 10.0, key="x"),
-            Field("y", "m", -10.0, 10.0, key="y"),
-            Field("x velocity", "m/s", -1e3, 1e3, key="x_velocity", default=0.0),
-            Field("y velocity", "m/s", -1e3, 1e3, key="y_velocity", default=0.0),
-        ),
-    ),
-)
+STREAMED = _read(_TABLE["points"])
 
 
 def of_axes(axes: tuple[str, ...]) -> dict[str, RequestType]:

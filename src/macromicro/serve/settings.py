@@ -1,28 +1,40 @@
-"""Settings of the live machine's process, clients and recording."""
+"""Settings of a served machine, its process, clients and recording."""
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self
 
 from macromicro import derived, rules
 from macromicro.columns import Column
 from macromicro.control import macro, outside
+from macromicro.control.live.messages import MACRO, MICRO, STAGES
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.control.settings import Control
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
+from macromicro.machines import composite, compositions, on_rig, pace
+from macromicro.machines.composite import AnyMachine, Composite
+from macromicro.machines.machine import KEY, Machine
+from macromicro.machines.machine import as_toml as machine_as_toml
+from macromicro.machines.period import law_columns
+from macromicro.machines.tree import joined, live_gains, with_live_gains
 from macromicro.nominal import PERIOD
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
-from macromicro.schema.config import as_toml, changed_toml
+from macromicro.rig.opening import TWIN
+from macromicro.schema import config
 from macromicro.schema.par import Given, Par, entries
+from macromicro.schema.text import printable, read_toml
 from macromicro.serve import telling
-from macromicro.serve._programmes import TwoStage
+from macromicro.serve._programmes import OneStage, Programmes, SeveralStages, TwoStage
 from macromicro.serve.persist import identity
 from macromicro.serve.shared import Telemetry, published
+from macromicro.serve.stage import guide
 from macromicro.settings import chosen
 
 CHOICE = "service choice"
@@ -157,6 +169,24 @@ def kept(serve: ServeSettings, period: float, where: str) -> None:
         raise InputError(f"{where}, {name}", value, accepted)
 
 
+class Facts(NamedTuple):
+    """What the server tells clients of a machine."""
+
+    model: str
+    names: dict[str, str]  # of its stages, for people
+    efforts: dict[str, tuple[str, str]]  # of each stage: its name and unit
+    limited: tuple[str, ...]  # what has soft limits that clients may change
+    speeds: dict[str, float]  # greatest speeds of moves led by set points, m/s
+    plane: bool = False  # whether two stages move in a plane
+
+
+_TWO_STAGE = Facts(
+    "two-stage positioner",
+    {stage: f"{stage}-stage" for stage in STAGES},
+    {MACRO: ("motor", "V"), MICRO: ("CTRL", "V")},
+    telling.PARTS,
+    {},
+)
 _OF_POSITION = ("bench.carriage.", "sensors.encoder.", "live.pitch", "live.homing.")
 
 
@@ -176,20 +206,8 @@ class LiveSettings(NamedTuple):
         return "two_stage"
 
     @property
-    def model(self) -> str:
-        return "two-stage positioner"
-
-    @property
-    def names(self) -> dict[str, str]:
-        return {stage: f"{stage}-stage" for stage in ("macro", "micro")}
-
-    @property
-    def efforts(self) -> dict[str, tuple[str, str]]:
-        return {"macro": ("motor", "V"), "micro": ("CTRL", "V")}
-
-    @property
-    def limited(self) -> tuple[str, ...]:
-        return telling.PARTS
+    def facts(self) -> Facts:
+        return _TWO_STAGE
 
     @property
     def period(self) -> float:
@@ -218,19 +236,9 @@ class LiveSettings(NamedTuple):
         return ()
 
     @property
-    def plane(self) -> bool:
-        """Whether two stages move in a plane."""
-        return False
-
-    @property
     def homing(self) -> tuple[int, ...]:
         """The stages whose position is known by homing, or the first."""
         return (0,)
-
-    @property
-    def speeds(self) -> dict[str, float]:
-        """Maximum speeds of moves led by set points: none on this machine."""
-        return {}
 
     @property
     def programmes(self) -> TwoStage:
@@ -239,7 +247,7 @@ class LiveSettings(NamedTuple):
 
     def tables(self, key: str) -> str:
         """Its tables as TOML: all of a file, or one parameter."""
-        return as_toml(self, key)
+        return config.as_toml(self, key)
 
     def kept_as(self, rig: str) -> str:
         """The machine's identity in the position file."""
@@ -256,7 +264,7 @@ class LiveSettings(NamedTuple):
     def as_toml(self, control: Control, limits: SoftLimits) -> str:
         """A file for `--config` with the gains and soft limits in force."""
         live = self.live._replace(limits=limits)
-        return changed_toml(self._replace(controller=control, live=live), LiveSettings())
+        return config.changed_toml(self._replace(controller=control, live=live), LiveSettings())
 
     def derived(self) -> tuple[derived.Derivation, ...]:
         return derived.DERIVED + derived.of_law(self) + derived.LIVE
@@ -269,6 +277,224 @@ class LiveSettings(NamedTuple):
         return found or [*rules.machine(self), *rules.live(self)]
 
 
-def load(path: Path | None, law: str | None = None) -> LiveSettings:
-    """The defaults, overridden by the TOML file at `path`, under `law`."""
-    return chosen(LiveSettings(), path, law)
+_SERVE = "serve"
+_LONGEST = 12  # letters of a word of SCPI, whose short form is the first four
+# Words of the protocols where the name of a stage may stand.
+_TAKEN = (
+    *(*STAGES, "whole", "both", "all"),
+    *("do", "id", "unit", "replace", "wait"),
+    *("absolute", "relative", "number", "outcome", "point", "trust"),
+)
+_NOT_OF_POSITION = ("law", "controller", "own", "motion", "arrival", "guard")
+
+
+class _Own(NamedTuple):
+    """The server's tables in a machine's file."""
+
+    serve: ServeSettings = ServeSettings()
+
+
+class StageSettings(NamedTuple):
+    """Settings of a served machine of one stage, or of several that have names."""
+
+    model: str
+    described: str | dict[str, Any]  # the machine, as its file names or describes it
+    whole: AnyMachine  # that machine, whatever laws and lines the settings choose
+    tree: Any
+    lives: tuple[Live, ...]
+    serve: ServeSettings = ServeSettings()
+    guard: Limits = limits.LIVE  # of wires, which it has none of
+
+    def __reduce__(self) -> Any:
+        """For the loop's process: a tree of stages has a type of its own, made from them."""
+        parts = (self.model, self.described, self.tree._asdict(), self.lives, self.serve)
+        return _made, parts
+
+    @property
+    def several(self) -> bool:
+        return isinstance(self.whole, Composite)
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Their names; "" of an only one."""
+        return composite.names(self.whole)
+
+    @property
+    def machine(self) -> Any:
+        return composite.under(self.whole, self.tree)
+
+    @property
+    def axes(self) -> tuple[tuple[str, Live], ...]:
+        """The named stages."""
+        return tuple(zip(self.stages, self.lives, strict=True)) if self.several else ()
+
+    @property
+    def trees(self) -> tuple[tuple[str, Any], ...]:
+        """The settings of each stage, under its name."""
+        return tuple(zip(self.stages, self.whole.trees(self.tree), strict=True))
+
+    @property
+    def live(self) -> Live:
+        return self.lives[0]
+
+    @property
+    def controller(self) -> Any:
+        """Gains of the law for clients; of several laws by stage."""
+        each = [live_gains(own) for _, own in self.trees]
+        return _gains_of(self.stages)(*each) if self.several else each[0]
+
+    @property
+    def facts(self) -> Facts:
+        names = {name: f"axis {name}" for name in self.stages}
+        if not self.several:
+            name = self.whole.name.rpartition(":")[2].lower()  # MODULE:MACHINE of another package
+            names = {MACRO: "rotary axis" if name == "rotary" else name}
+        speeds = (own.motion.velocity for _, own in self.trees)
+        return Facts(
+            self.model,
+            names,
+            dict.fromkeys(names, ("effort", "V")),
+            ("whole",),
+            dict(zip(names, speeds, strict=True)),
+            isinstance(self.whole, Composite) and self.whole.has_plane,
+        )
+
+    @property
+    def period(self) -> float:
+        return pace.period(self.trees[0][1])
+
+    @property
+    def law_columns(self) -> tuple[Column, ...]:
+        return law_columns(composite.stages(self.machine))
+
+    @property
+    def telemetry(self) -> Telemetry:
+        places = tuple(live.place for live in self.lives)
+        return published(places, self.stages, self.law_columns)
+
+    @property
+    def homing(self) -> tuple[int, ...]:
+        """The stages whose position is known by homing, or the first."""
+        each = zip(self.machine.stages, self.trees, strict=True)
+        found = (k for k, ((_, one), (_, own)) in enumerate(each) if guide.guide(one, own).touch)
+        return tuple(found) or (0,)
+
+    @property
+    def programmes(self) -> Programmes:
+        if self.several:
+            return SeveralStages(self.machine, self.tree)
+        return OneStage(self.tree)
+
+    def tables(self, key: str) -> str:
+        """Its table [serve] as TOML, or one parameter."""
+        return config.as_toml(_Own(self.serve), key)
+
+    def kept_as(self, rig: str) -> str:
+        """The machine's identity in the position file."""
+        known: dict[str, Any] = {}
+        for (_, one), (name, tree) in zip(self.machine.stages, self.trees, strict=True):
+            known |= _of_position(one, tree, f"{name}." if name else "")
+        return identity(rig, self.whole.name, known)
+
+    def rigs(self, name: str) -> tuple[str, ...]:
+        if self.several and name != TWIN:
+            return tuple(on_rig.named(name, self.stages))
+        return (name,)
+
+    def place(self, rig: str) -> str:
+        """Default name of its position file."""
+        return f"{rig}-{self.whole.name}"
+
+    def as_toml(self, control: Any, limits: SoftLimits) -> str:
+        """A file for `--config` with the gains in force, and the soft limits of an only stage."""
+        if not self.several:
+            travel = self.tree.travel._replace(low=limits.whole_low, high=limits.whole_high)
+            tree = with_live_gains(self.tree, control)
+            return machine_as_toml(self.machine, tree._replace(travel=travel))
+        each = zip(self.trees, control, strict=True)
+        made = {name: with_live_gains(tree, law) for (name, tree), law in each}
+        return machine_as_toml(self.machine, self.tree._replace(**made))
+
+
+@cache
+def _gains_of(stages: tuple[str, ...]) -> Any:
+    """A parameter set with the gains of each stage under its name."""
+    made: Any = type("Gains", (namedtuple("Gains", stages),), {"__slots__": ()})
+    made.__annotations__ = dict.fromkeys(stages, Any)
+    return made
+
+
+def _of_position(machine: Machine, tree: Any, where: str) -> dict[str, Any]:
+    """The settings that the position of a stage depends on."""
+    known = {
+        where + e.path: e.value
+        for e in entries(tree)
+        if e.path.partition(".")[0] not in _NOT_OF_POSITION
+    }
+    touch = None if machine.touch is None else machine.touch(tree)
+    return known if touch is None else known | {f"{where}place": touch.place}
+
+
+AnySettings = LiveSettings | StageSettings
+
+
+def load(path: Path | None, law: str | None = None) -> AnySettings:
+    """The settings of the machine that the file names; without a file the two-stage machine's."""
+    if path is None or compositions.is_two_stage(path):
+        return chosen(LiveSettings(), path, law)
+    return _stages(path, law)
+
+
+def _stages(path: Path, law: str | None) -> StageSettings:
+    """Read the settings of a machine, for a period that the server can keep."""
+    file, table = printable(path, 300), config.table(path)
+    described: Any = read_toml(path, config.WHAT)[KEY]
+    whole = compositions.machine(described, f"{file}, {KEY}")
+    if isinstance(whole, Composite):
+        composite.refuse_law(law, composite.names(whole))
+    del table[KEY]
+    own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
+    serve = config.overridden(_Own(), own, file).serve if own else ServeSettings()
+    tree = whole.settings if law is None else joined(whole.settings, law, "--law")
+    tree = config.overridden(tree, table, file) if table else tree
+    if law is not None:  # the option goes before the file's word
+        tree = joined(tree, law, "--law")
+    machine = composite.under(whole, tree)
+    if isinstance(whole, Composite):
+        _served(machine, file)
+    trees = whole.trees(tree)
+    kept(serve, pace.period(trees[0]), file)
+    stages = zip(machine.stages, trees, strict=True)
+    lives = tuple(guide.live(one, own) for (_, one), own in stages)
+    model = f"{machine.name} {printable(Path(path).stem, 60)}".replace(",", " ")
+    return StageSettings(model, described, whole, tree, lives, serve)
+
+
+def _made(
+    model: str,
+    described: str | dict[str, Any],
+    parts: dict[str, Any],
+    lives: tuple[Live, ...],
+    serve: ServeSettings,
+) -> StageSettings:
+    whole = compositions.machine(described, KEY)
+    tree = whole.settings._replace(**parts)
+    return StageSettings(model, described, whole, tree, lives, serve)
+
+
+def _served(machine: Composite, file: str) -> None:
+    """Refuse a machine whose stages clients cannot name, or cannot put in one unit."""
+    known = [word[:4] for word in _TAKEN]
+    for name in composite.names(machine):
+        if name[:4] in known or not name.isalpha() or len(name) > _LONGEST:
+            problem = f"clients cannot tell the stage {name} from other words"
+            remedy = (
+                f"Give it another name of {_LONGEST} letters at most, whose first four are those "
+                f"of no other stage and none of {', '.join(_TAKEN)}."
+            )
+            raise ProblemError(f"{file}, machine", problem, remedy)
+        known.append(name[:4])
+    if len(set(composite.places(machine))) > 1:
+        problem = "some stages turn and others slide, and clients use one unit"
+        remedy = "Serve one stage: `macromicro config show --axis NAME` prints its file."
+        raise ProblemError(f"{file}, machine", problem, remedy)

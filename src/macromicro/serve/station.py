@@ -6,12 +6,13 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.messages import MODES, Accepted, Event, Finished, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.recording_format import Attribute
@@ -20,16 +21,56 @@ from macromicro.serve import _background, _watching, unconfirmed
 from macromicro.serve._background import in_thread, on_loop
 from macromicro.serve._holders import Holders
 from macromicro.serve._launching import LIVE
-from macromicro.serve._ledger import InForce
+from macromicro.serve._ledger import InForce, Trail
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve._recording import Recordings
 from macromicro.serve._sending import SILENT, Stops
-from macromicro.serve._stream import Stream
-from macromicro.serve._trail import Trail
 from macromicro.serve.capturing import Captures
-from macromicro.serve.choosing import AnySettings
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.requests import place
+from macromicro.serve.settings import AnySettings, LiveSettings
 from macromicro.serve.snapshot import RecordingState, Snapshot
+
+if TYPE_CHECKING:
+    pass
+
+
+LATEST, OLDEST = 1e12, 10.0  # s: of a client's clock; age of a set point that was delayed
+DRIFT = 2e-4  # by which two clocks may differ in rate
+
+
+class Stream:
+    """Set points of a motion that follows `stages` of them; not thread-safe."""
+
+    def __init__(self, motion: int = 0, stages: int = 1) -> None:
+        self.motion, self._stages = motion, stages
+        self._ahead = math.inf  # what this clock showed more than the client's, at least, s
+        self._last, self._stamp = 0.0, -math.inf
+
+    def take(
+        self, loop: LoopConnection, point: m.SetPoint | m.SetPoints, stamp: float = math.nan
+    ) -> Refused | None:
+        """Show the loop a set point; one that was overtaken by a later one is left out."""
+        found = place(point)
+        if not all(math.isfinite(value) for pair in found for value in pair):
+            return Refused("a set point is not finite", "give finite numbers", True)
+        if len(found) != self._stages:
+            reason = f"a set point of {len(found)} stages, where {self._stages} follow"
+            return Refused(reason, "give the positions of those that follow")
+        if not loop.under_way(self.motion):
+            return NOT_FOLLOWING
+        now = at = time.monotonic()
+        if abs(stamp) > LATEST:
+            return Refused("the time of a set point is not a time", f"up to {LATEST:g} s", True)
+        if math.isfinite(stamp):
+            if stamp <= self._stamp:
+                return None
+            self._ahead += DRIFT * (now - self._last)
+            self._ahead = min(self._ahead, now - stamp)
+            self._stamp, self._last = stamp, now
+            at = min(max(stamp + self._ahead, now - OLDEST), now)
+        loop.point(found, round(at * 1e9))
+        return None
+
 
 REST_S = 5.0  # longest wait for rest at the end
 FIRST_S = 1.0  # longest wait for the first period

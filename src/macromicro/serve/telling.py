@@ -14,7 +14,7 @@ from macromicro.schema.par import Par, entries, finite
 from macromicro.units import convert
 
 if TYPE_CHECKING:
-    from macromicro.serve.choosing import AnySettings
+    from macromicro.serve.settings import AnySettings
 
 PARTS = ("macro", "micro", "whole")  # what has soft limits of its own
 _IN_MM = ("micro_low", "micro_high")

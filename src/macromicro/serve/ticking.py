@@ -7,17 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from macromicro.control.live.messages import (
-    MODES,
-    Accepted,
-    ClearFault,
-    EmergencyStop,
-    Event,
-    Finished,
-    Notice,
-    Refused,
-    Reply,
-)
+from macromicro.control.live import messages as m
 from macromicro.serve import faults, requests
 from macromicro.serve._machine import Machine, StageView, View
 from macromicro.serve._pacing import Pacer
@@ -38,19 +28,19 @@ class Silence:
         self._present = present
         self._missing = 0
 
-    def look(self, laser: float, time: float) -> Event | None:
+    def look(self, laser: float, time: float) -> m.Event | None:
         """The event of this reading: laser lost or back."""
         if not math.isnan(laser):
             was, self._missing = self._missing, 0
             if was < PERIODS or not self._present:
                 return None
-            return Event(time, "sensor", "", "", "laser back", {"silent_periods": was})
+            return m.Event(time, "sensor", "", "", "laser back", {"silent_periods": was})
         self._missing += 1
         if self._missing != PERIODS or not self._present:
             return None
         words = "the position is now known to half a count only; the laser's column is empty"
         remedy = "clear its beam and check its controller; zero it again before use"
-        return Event(time, "sensor", "", "", "laser lost", {"effect": words, "remedy": remedy})
+        return m.Event(time, "sensor", "", "", "laser lost", {"effect": words, "remedy": remedy})
 
 
 if TYPE_CHECKING:
@@ -99,7 +89,7 @@ class Loop:
         self.silence = 0.0  # s, of the serving process, where that was the end
         self._fault = (0.0, 0.0, 0.0, 0.0)
         self._now = math.nan  # of the sample of this period, s
-        self._replies: list[tuple[int, Reply]] = []  # of this period
+        self._replies: list[tuple[int, m.Reply]] = []  # of this period
 
     def run(self, kept: Kept | str, rig_name: str, witness: Witness) -> str:
         """Loop until ordered to leave or until the serving process is dead; which of them."""
@@ -213,17 +203,17 @@ class Loop:
         self._cells[SAFE_SINCE] = time.monotonic_ns()
         self._cells[SEEN] = stamp
         self._emergency = stamp
-        _, notices = self._machine.accept(EmergencyStop())
+        _, notices = self._machine.accept(m.EmergencyStop())
         if fan and not notices:  # disabled already: what has changed is reported all the same
-            mode = MODES[int(self._machine.view().mode)]
+            mode = m.MODES[int(self._machine.view().mode)]
             facts = {"on": False, "client": ""}
-            notices = (Event(self._rig.clock.now(), "fan", mode, mode, "emergency stop", facts),)
+            notices = (m.Event(self._rig.clock.now(), "fan", mode, mode, "emergency stop", facts),)
         self._report(notices)
 
-    def _report(self, notices: Iterable[Notice]) -> None:
+    def _report(self, notices: Iterable[m.Notice]) -> None:
         """Send the events of this period."""
         for notice in notices:
-            ended = isinstance(notice, Finished)
+            ended = isinstance(notice, m.Finished)
             told = notice._replace(time=self._now) if ended else notice
             self._outbox.send(("notice", told))
 
@@ -247,15 +237,15 @@ class Loop:
             self._answer(order.serial, order.request)
             return
         try:
-            reply = refusal or self._machine.refusal(order.request) or Accepted()
+            reply = refusal or self._machine.refusal(order.request) or m.Accepted()
         except Exception as error:
             reply = _defect(error)
         self._replies.append((order.serial, reply))
 
     def _answer(self, serial: int, request: Any) -> None:
-        if isinstance(request, EmergencyStop):
+        if isinstance(request, m.EmergencyStop):
             self._rig.stop()
-        if isinstance(request, ClearFault):
+        if isinstance(request, m.ClearFault):
             if self._fault[0]:  # renewing the guard for nothing would outwit its timers
                 self._renew()
             request = request._replace(gone=True)
@@ -271,7 +261,7 @@ class Loop:
         self._fault = (0.0, 0.0, 0.0, 0.0)
         self.pacer.forget()
 
-    def _overlooked(self) -> tuple[Notice, ...]:
+    def _overlooked(self) -> tuple[m.Notice, ...]:
         """Handle counts that may have been missed while a fault is latched."""
         why = self._rig.overlooked()
         return self._machine.lose(why) if why else ()
@@ -285,7 +275,7 @@ class Loop:
         now = float(self._rig.clock.now())
         self._fault = (float(faults.LATE), share, limit, now)
         self._shared.set_status(self._status(self._machine.view(), self._views()))
-        trouble = faults.late(share, limit, now)
+        trouble = faults.described(faults.LATE, share, limit, now)
         self._report(self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False))
 
     def _show(self, sample: Sample, command: Command) -> None:
@@ -323,6 +313,6 @@ def _nothing() -> tuple[Any, ...]:
     return ()
 
 
-def _defect(error: Exception) -> Refused:
+def _defect(error: Exception) -> m.Refused:
     """The answer to a request that raised an error; the state is unchanged."""
-    return Refused(f"it cannot be judged: {type(error).__name__}: {error}"[:300], "report this")
+    return m.Refused(f"it cannot be judged: {type(error).__name__}: {error}"[:300], "report this")

@@ -3,34 +3,19 @@
 from __future__ import annotations
 
 import math
-import os
 import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from macromicro.control.live import messages as m
 from macromicro.control.live import parameters
-from macromicro.control.live.messages import (
-    MACRO,
-    MICRO,
-    ClearFault,
-    Disable,
-    EmergencyStop,
-    Enable,
-    Fan,
-    Home,
-    Jog,
-    MoveMacro,
-    MoveMicro,
-    MoveTo,
-    Stop,
-)
 from macromicro.kernel import cache_folder
 from macromicro.plant import bench
 from macromicro.rig.guard import Guard
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.twin import CompiledTwin, Twin
+from macromicro.serve._launching import fresh_python
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
@@ -40,8 +25,8 @@ from macromicro.serve.ticking import Loop
 if TYPE_CHECKING:
     from macromicro.serve._machine import Guard as Guarded
     from macromicro.serve._machine import Machine
-    from macromicro.serve.choosing import AnySettings
     from macromicro.serve.live import Live
+    from macromicro.serve.settings import AnySettings
 
 _KERNELS = ("twin._bench", "guarded._guard", "surveying._survey")
 _REST = 200  # periods within which a motion is braked, and the carriage seen to stand
@@ -54,24 +39,24 @@ def requests(live: parameters.Live) -> tuple[tuple[Any, int], ...]:
     contraction = 0.5 * (near.micro_low + near.micro_high)
     counts = min(max(20.0, near.macro_low), near.macro_high)
     return (
-        (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
-        (Enable(), 10),
-        (Fan(True), 10),
-        (MoveMicro(contraction), 40),
-        (Stop(), 10),
-        (Jog(MICRO, -jogs.micro), 40),
-        (Jog(MICRO, 0.0), 10),
-        (MoveMacro(counts), _ARRIVAL),
-        (MoveTo(0.5 * (near.whole_low + near.whole_high), replace=True), 40),
-        (EmergencyStop(), 10),
-        (ClearFault(), 10),
-        (Enable(), 10),
-        (Jog(MACRO, min(jogs.slow, jogs.macro)), 40),
-        (Jog(MACRO, 0.0), _REST),
-        (Home(), 40),
-        (Stop(), _REST),
-        (Fan(False), 10),
-        (Disable(), 10),
+        (m.Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
+        (m.Enable(), 10),
+        (m.Fan(True), 10),
+        (m.MoveMicro(contraction), 40),
+        (m.Stop(), 10),
+        (m.Jog(m.MICRO, -jogs.micro), 40),
+        (m.Jog(m.MICRO, 0.0), 10),
+        (m.MoveMacro(counts), _ARRIVAL),
+        (m.MoveTo(0.5 * (near.whole_low + near.whole_high), replace=True), 40),
+        (m.EmergencyStop(), 10),
+        (m.ClearFault(), 10),
+        (m.Enable(), 10),
+        (m.Jog(m.MACRO, min(jogs.slow, jogs.macro)), 40),
+        (m.Jog(m.MACRO, 0.0), _REST),
+        (m.Home(), 40),
+        (m.Stop(), _REST),
+        (m.Fan(False), 10),
+        (m.Disable(), 10),
     )
 
 
@@ -87,13 +72,9 @@ def others_beside() -> Iterator[None]:
     if is_compiled():
         yield
         return
-    paths = os.pathsep.join(p or os.getcwd() for p in sys.path)
+    code = "from macromicro.serve.warming import others; others()"
     process = subprocess.Popen(
-        [sys.executable, "-P", "-c", "from macromicro.serve.warming import others; others()"],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": paths},
+        **fresh_python(code), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
         yield
@@ -114,7 +95,7 @@ def others() -> None:
     table = hall_table.of_bench(settings)
     twin = Twin(bench.prepare(settings.bench, settings.sensors), 0)
     guarded = CompiledGuarded(twin, guard.prepare(settings.guard, table), settings.period)
-    rehearse(guarded, live.make(settings, table), settings, ((Stop(), 2),))
+    rehearse(guarded, live.make(settings, table), settings, ((m.Stop(), 2),))
 
 
 def warm(machine: Live, limits: Guard, settings: LiveSettings) -> None:

@@ -18,7 +18,7 @@ from macromicro.identify.kinds import from_files
 from macromicro.identify.result import MODEL, RESULT
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
-from macromicro.rig import contract_moving
+from macromicro.rig import contract
 from macromicro.rig.opening import TWIN
 from macromicro.rig.session import BENCH, KILN, Fixture
 from macromicro.rig.twin import CompiledTwin
@@ -161,13 +161,13 @@ def _directions(rig: Fixture) -> list[str]:
     said = []
     for volts in _EFFORTS:
         with rig.open() as session:
-            there = contract_moving.stroke(rig, session, volts)
-            back = contract_moving.stroke(rig, session, -volts)
-        ways = performed(contract_moving.DIRECTION, rig, volts, there, back)
+            there = contract.stroke(rig, session, volts)
+            back = contract.stroke(rig, session, -volts)
+        ways = performed(contract.DIRECTION, rig, volts, there, back)
         found = next(ways)
         if found.passed or there.moved < 0.0 < back.moved:
             break
-    for one in (found, *performed(contract_moving.HEAT, rig, _HEAT)):
+    for one in (found, *performed(contract.HEAT, rig, _HEAT)):
         if not one.passed:
             raise MacromicroError(f"{one.what}: {one.found}; {one.remedy}")
         said.append(f"{one.what}: {one.found}")

@@ -17,7 +17,7 @@ from .bench import DT, PITCH
 
 NAN = math.nan
 Q = Edges()
-KNOWN = Phase(3.0, 0.2 * PITCH, 1e-8, 4e-12, -1e-15, 9e-16, 40, 1)
+KNOWN = Phase(3.0, 0.2 * PITCH, 1e-8, 4e-12, -1e-15, 9e-16, 40.0, 1.0)
 COUNT, FINE, BASE, OFFSET = 100.0, 0.4e-3, 0.05, 7.0
 PLACE = COUNT * PITCH + edges.at(KNOWN, COUNT)  # of the carriage [m], in the midst of a count
 WHOLE = PLACE + FINE
@@ -26,8 +26,8 @@ WHOLE = PLACE + FINE
 def resting(**changed: Any) -> Survey:
     """A carriage at rest, of which everything is known."""
     v = Survey(
-        KNOWN, WHOLE - BASE, BASE, 0, 0, 98.0, COUNT, WHOLE, FINE, PLACE, 0.0, 0.61, 0, 3.0, 99.0,
-        NAN, 0.0, 0.0, 1e-5,
+        KNOWN, WHOLE - BASE, BASE, 0.0, 0.0, 98.0, COUNT, WHOLE, FINE, PLACE, 0.0, 0.61, 0.0, 3.0,
+        99.0, NAN, 0.0, 0.0, 1e-5,
     )  # fmt: skip
     return v._replace(**changed)
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from macromicro.control.live import _follow, following
+from macromicro.control.live import _steering, following
 from macromicro.control.live import messages as m
 
 from .bench import DT, PITCH, Machine, homed
@@ -60,7 +60,7 @@ def test_the_micro_stage_reaches_the_speed_of_a_jog_soon() -> None:
     f = ready()
     f.ask(m.Follow("micro", HOLD))
     put(f, 0.4e-3)
-    f.run(_follow.START + 3.0 * _follow.RISE)
+    f.run(_steering.START + 3.0 * _steering.RISE)
     speed = f.s.work.track.aim.velocity  # type: ignore[union-attr]
     assert speed == pytest.approx(QUICK.jogging.micro, rel=1e-3)
 

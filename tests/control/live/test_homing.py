@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from macromicro.control.live import _homing, leaning
+from macromicro.control.live import _homing
 from macromicro.control.live import messages as m
 from macromicro.control.live._homing import GIVE, pace
 from macromicro.control.live.parameters import Homing, Live
@@ -114,8 +114,8 @@ def test_a_stop_is_leaned_on_for_as_long_as_is_told(law: str, rested: float) -> 
         pushed += machine.out.motor == -Homing().volts
         assert soft * DT < 1.0
     assert soft > 0 and pushed * DT >= Homing().stand - 3 * DT
-    assert (soft + pushed) * DT == pytest.approx(leaning.longest(Live()), abs=3 * DT)
-    assert (soft + pushed) * DT <= leaning.longest(Live()) + 2 * DT
+    assert (soft + pushed) * DT == pytest.approx(Live().homing.leans, abs=3 * DT)
+    assert (soft + pushed) * DT <= Live().homing.leans + 2 * DT
 
 
 def test_a_runaway_gets_no_effort() -> None:

@@ -9,11 +9,11 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live._homing import GIVE
-from macromicro.control.live.leaning import SHARE
 from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Homing
 from macromicro.rig.codes import OK, STUCK
 from macromicro.rig.limits import LIVE
+from macromicro.rules import LEANS
 from macromicro.settings import Settings
 
 from .bench import DT, PITCH, Bench
@@ -48,7 +48,7 @@ def test_homing_from_the_stop_and_beside_it(friction: float, stiffness: float) -
         assert (end.outcome, b.watch.fault) == ("done", OK), (place, end)
         found = (end.evidence["stop_raw_counts"] + 0.5) * PITCH
         assert -0.3e-3 <= found - Settings().bench.carriage.stop_low <= PITCH
-        assert b.leant <= SHARE * LIVE.leant
+        assert b.leant <= LEANS * LIVE.leant
     b.ask(m.Home())  # from where it is left
     assert b.wait(20.0).outcome == "done"
 
@@ -165,7 +165,7 @@ def tried(seed: int) -> tuple[float, str]:
         felt = b.ends[-1].evidence["stop_raw_counts"]
         assert -0.3e-3 <= (felt + 0.5) * PITCH - STOP_LOW <= PITCH, (seed, felt)
         assert b.s.frame.offset == felt + Homing().back_off
-    assert b.leant <= SHARE * LIVE.leant or outcome != "done"
+    assert b.leant <= LEANS * LIVE.leant or outcome != "done"
     return friction, outcome
 
 

@@ -12,7 +12,7 @@ from macromicro.control.settings import Control
 from macromicro.errors import InputError
 from macromicro.machines import on_rig
 from macromicro.machines.machine import named as machine_of
-from macromicro.rig.board import control, named, parameters, protocol
+from macromicro.rig.board import control, named, protocol
 from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.rig import TICK, BoardRig
 from macromicro.rig.limits import Limits
@@ -79,7 +79,7 @@ def test_a_port_that_is_not_there_says_so() -> None:
 
 
 def test_parameters_have_names_and_the_table_comes_last() -> None:
-    flat = parameters.flat(control.of(Limits(), None))
+    flat = control.flat(control.of(Limits(), None))
     names = list(flat)
     assert len(names) <= 255
     assert names[0] == "guard.limits.motor"
@@ -168,7 +168,7 @@ def test_a_board_is_given_the_gains_and_limits_of_the_settings() -> None:
     gains = Control()._replace(pd_tuned=PdTuned(0.02, -0.018), dead_zone=2.5)
     limits = Limits()._replace(motor=4.0)
     rig = open_rig("board:/dev/none", limits=limits, gains=gains).make(0)
-    sent = parameters.flat(rig._params)
+    sent = control.flat(rig._params)
     assert (sent["macro.now"], sent["macro.before"]) == (0.02, -0.018)
     assert (sent["width"], sent["guard.limits.motor"]) == (2.5, 4.0)
 

@@ -18,11 +18,11 @@ from fake_station import FakeStation
 from virtual_time import run
 
 from macromicro.control.live import messages as m
-from macromicro.serve import choosing
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.epics._channels import WRITER
 from macromicro.serve.epics._machine import Channels
 from macromicro.serve.epics._record import MoveError
+from macromicro.serve.settings import load
 
 
 async def until(true: Callable[[], Any]) -> None:
@@ -97,7 +97,7 @@ class Several(FakeStation):
 
     def __init__(self, name: str) -> None:
         super().__init__()
-        self.settings: Any = choosing.load(MACHINES / f"{name}.toml")
+        self.settings: Any = load(MACHINES / f"{name}.toml")
         self.stages = self.settings.stages
 
 

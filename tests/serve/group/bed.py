@@ -8,8 +8,9 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.machines.rig import CompiledTwin
+from macromicro.serve import settings
 from macromicro.serve.persist import Restored
-from macromicro.serve.stage import opening, settings
+from macromicro.serve.stage import opening
 from macromicro.serve.stage.rig import Real
 
 PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"

@@ -86,7 +86,7 @@ def test_a_move_to_a_point_is_straight_and_both_arrive_together(bed: Bed) -> Non
 def test_a_speed_of_one_axis_slows_both_down_on_a_line(bed: Bed) -> None:
     """They arrive together; alone, the other one goes as before."""
     bed.done(m.MovePoint({"x": 0.020, "y": 0.010}))
-    most = bed.settings.speeds
+    most = bed.settings.facts.speeds
     assert bed.ask(m.SetSpeed("y", 0.1 * most["y"])) == Accepted()
     assert isinstance(bed.ask(m.SetSpeed("y", 1.1 * most["y"])), Refused)
     assert isinstance(bed.ask(m.SetSpeed("macro", 0.01)), Refused)
@@ -417,9 +417,8 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period() -> None:
     assert control.watches[1].fault not in (OK, OTHER_AXIS)
     assert control.watches[0].time == control.watches[1].time
     assert control.faulty == 1
-    found = faults.of_axis(
-        faults.AXIS + 100 + control.watches[1].fault, *control.watches[1][1:4], bed.settings.axes
-    )
+    code = faults.AXIS + 100 + control.watches[1].fault
+    found = faults.described(code, *control.watches[1][1:4], axes=bed.settings.axes)
     assert found.name.startswith("y: ") and found.message.startswith("Axis y: ")
     assert "both axes" in found.evidence
     bed.notices += bed.pair.fail(found.name, {"evidence": found.evidence}, False)

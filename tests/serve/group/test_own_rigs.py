@@ -18,8 +18,9 @@ from tests.waiting import until
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
+from macromicro.serve import settings
 from macromicro.serve._launching import LIVE, Spec
-from macromicro.serve.stage import opening, settings
+from macromicro.serve.stage import opening
 from macromicro.serve.station import Station
 
 TEXT = """machine = "xy"

@@ -11,7 +11,7 @@ from tests.serve.group.bed import Bed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Event, Refused
 from macromicro.errors import ProblemError
-from macromicro.serve.stage import settings
+from macromicro.serve import settings
 
 XYZ = Path(__file__).parents[3] / "examples" / "machines" / "xyz.toml"
 TOGETHER = 'machine = {{ stages = {{ {stages} }}, order = "{order}" }}\n'

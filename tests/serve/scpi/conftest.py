@@ -11,6 +11,7 @@ import pytest
 from fake_station import FakeStation
 
 from macromicro.serve._instrument import Instrument
+from macromicro.serve.client import Capacity
 from macromicro.serve.hosts import Token
 from macromicro.serve.scpi import Server
 from macromicro.serve.scpi._message import parse
@@ -30,7 +31,7 @@ class Bench:
     def __init__(self, folder: Path, token: str | None = None) -> None:
         self.station = FakeStation()
         self.instrument = Instrument(self.station, folder=folder, token=Token(token))
-        self.session = Session(self.instrument, "test")
+        self.session = Session(self.instrument, "test", "127.0.0.1", Capacity(1, 1))
 
     def send(self, message: str | bytes) -> bytes:
         """The answers of a message, separated by semicolons; it never waits."""

@@ -8,8 +8,8 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from macromicro.control.live import messages as m
-from macromicro.serve.scpi._header import written
 from macromicro.serve.scpi._intake import Framer
+from macromicro.serve.scpi._message import written
 from macromicro.serve.scpi.errors import TEXTS, ScpiError
 from macromicro.serve.scpi.tree import COMMANDS
 

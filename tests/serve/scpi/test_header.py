@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.serve.scpi._header import Tree, nodes, written
+from macromicro.serve.scpi._message import Tree, nodes, written
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.tree import COMMANDS, TREE

@@ -10,9 +10,10 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Finished
 from macromicro.machines.rig import Twin
 from macromicro.rig.session import Session
+from macromicro.serve import settings
 from macromicro.serve.persist import Restored
 from macromicro.serve.shared import LINES
-from macromicro.serve.stage import opening, settings
+from macromicro.serve.stage import opening
 from macromicro.serve.stage import rig as stage_rig
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Event
+from macromicro.serve import settings
 from macromicro.serve.persist import Restored
-from macromicro.serve.stage import settings
 
 from .bed import Bed
 

@@ -20,9 +20,8 @@ from macromicro.machines.period import Bench, Part, Stages
 from macromicro.machines.sequence import MOVING, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds
-from macromicro.serve import faults
+from macromicro.serve import faults, settings
 from macromicro.serve.stage import _control as controls
-from macromicro.serve.stage import settings
 from macromicro.serve.stage._control import Control, Resting, led, pulsed
 from macromicro.serve.stage.rig import Simulated
 
@@ -98,7 +97,7 @@ def test_the_guard_of_the_machine_trips_and_is_renewed() -> None:
     assert watch.fault == 4 and stage.control.effort == 0.0
     stage.run(Course(True, REST, restart=1), 0.01)
     assert stage.control.effort == 0.0  # latched
-    words = faults.of_stage(faults.STAGE + watch.fault, watch.value, watch.limit, watch.time)
+    words = faults.described(faults.STAGE + watch.fault, watch.value, watch.limit, watch.time)
     assert words.code == 204 and words.name == "above the soft limit"
     stage.control.renew()
     stage.run(Course(True, REST._replace(position=1e-3), restart=2), 0.05)

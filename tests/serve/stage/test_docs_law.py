@@ -11,8 +11,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
-from macromicro.serve import choosing
-from macromicro.serve.stage.settings import StageSettings
+from macromicro.serve.settings import StageSettings, load
 
 from .test_lines import Bed
 
@@ -61,14 +60,14 @@ def test_the_page_s_law_homes_and_moves_an_axis(lab: Path) -> None:
 def test_the_option_names_it_as_well_as_the_file(lab: Path) -> None:
     law, file = "mylab.served:sliding_mode", lab / "plain.toml"
     file.write_text('machine = "axis"\n[own]\nslope = "120 1/s"\n', encoding="utf-8")
-    found = choosing.load(file, law)
+    found = load(file, law)
     assert isinstance(found, StageSettings)
     assert found.tree.law == law and found.machine.law.name == "sliding mode, served"
     assert found.controller.slope == 120.0 and found.controller.limit == 10.0
     assert [c.name for c in found.law_columns] == ["law_speed"]
     with pytest.raises(InputError, match="'served'; accepted:"):
-        choosing.load(file, "served")
+        load(file, "served")
     pair = lab / "pair.toml"
     pair.write_text('machine = "xy"\n', encoding="utf-8")
     with pytest.raises(InputError, match="each axis has a law of its own"):
-        choosing.load(pair, law)
+        load(pair, law)

@@ -14,13 +14,12 @@ from macromicro.control.settings import Control
 from macromicro.machines import machine as machines
 from macromicro.machines.period import Stages, law_columns
 from macromicro.recording import Recording as Recorded
-from macromicro.serve import choosing
+from macromicro.serve import settings
+from macromicro.serve._ledger import Trail
 from macromicro.serve._machine import View
 from macromicro.serve._recording import Means, Recording
-from macromicro.serve._trail import Trail
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.settings import LiveSettings, load
 from macromicro.serve.shared import COLUMNS, Shared, Vitals, published, telemetry
-from macromicro.serve.stage import settings
 from macromicro.serve.stage.rig import Guarded, Simulated
 from macromicro.serve.web import bins
 from macromicro.types import SAFE, Command, Sample
@@ -80,7 +79,7 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
 
 
 def test_a_law_of_this_package_has_none() -> None:
-    assert choosing.load(PRINTER).law_columns == ()
+    assert load(PRINTER).law_columns == ()
     assert LiveSettings().law_columns == ()
 
 

@@ -14,7 +14,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.recording import Recording
 from macromicro.serve import faults
-from macromicro.serve.choosing import load as chosen
+from macromicro.serve.settings import load as chosen
 from macromicro.serve.station import Station
 
 MINE = """

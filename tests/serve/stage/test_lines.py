@@ -18,9 +18,9 @@ from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH
 from macromicro.rig.session import Session
-from macromicro.serve import shared
+from macromicro.serve import settings, shared
 from macromicro.serve.shared import LAMPS, LINES
-from macromicro.serve.stage import opening, settings
+from macromicro.serve.stage import opening
 from macromicro.serve.stage.rig import Guarded
 from macromicro.serve.station import Station
 

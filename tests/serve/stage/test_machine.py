@@ -10,8 +10,9 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import REST, Course, Guided
 from macromicro.control.live.messages import Accepted, Change, Event, Refused
+from macromicro.serve import settings
 from macromicro.serve.persist import Restored
-from macromicro.serve.stage import guide, settings
+from macromicro.serve.stage import guide
 from macromicro.serve.stage._machine import Led
 from macromicro.serve.stage.rig import Simulated
 from macromicro.types import SAFE, Command
@@ -177,7 +178,7 @@ def test_homing_is_for_a_sensor_that_counts(screw: Machine) -> None:
 def test_moves_go_at_the_speed_that_was_set_from_the_next_one_on() -> None:
     """Which the set point reaches and never passes; a jog has its own."""
     screw = Machine()
-    most = screw.settings.speeds["macro"]
+    most = screw.settings.facts.speeds["macro"]
     assert screw.led.refusal(m.SetSpeed("macro", 0.1 * most)) is None
     assert screw.ask(m.SetSpeed("macro", 0.1 * most, "me")) == Accepted()
     told = [n for n in screw.notices if isinstance(n, Event) and n.kind == "speed"]
@@ -219,8 +220,8 @@ def test_moves_go_at_the_speed_that_was_set_from_the_next_one_on() -> None:
 def test_a_speed_that_moves_cannot_have_is_refused(
     screw: Machine, stage: Any, share: float, words: str
 ) -> None:
-    request = m.SetSpeed(stage, share * screw.settings.speeds["macro"])
+    request = m.SetSpeed(stage, share * screw.settings.facts.speeds["macro"])
     reply = screw.ask(request)
     assert isinstance(reply, Refused) and words in reply.reason and reply.remedy
     assert screw.led.refusal(request) == reply
-    assert screw.led.speed == screw.settings.speeds["macro"]
+    assert screw.led.speed == screw.settings.facts.speeds["macro"]

@@ -11,7 +11,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
-from macromicro.serve.stage import settings
+from macromicro.serve import settings
 from macromicro.serve.station import Station
 
 FILE = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"

@@ -22,9 +22,9 @@ from macromicro.control.live.parameters import SoftLimits
 from macromicro.errors import InputError
 from macromicro.machines import piezo
 from macromicro.recording import Recording
+from macromicro.serve import settings
 from macromicro.serve._programmes import OneStage
 from macromicro.serve.settings import ServeSettings, problems
-from macromicro.serve.stage import settings
 from macromicro.serve.station import Station
 
 

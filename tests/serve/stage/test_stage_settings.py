@@ -9,9 +9,9 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
 from macromicro.schema.par import replaced
-from macromicro.serve import choosing
-from macromicro.serve.settings import LiveSettings
-from macromicro.serve.stage import guide, settings
+from macromicro.serve import settings
+from macromicro.serve.settings import LiveSettings, load
+from macromicro.serve.stage import guide
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
 PRINTER = EXAMPLES / "printer.toml"
@@ -24,12 +24,12 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_the_file_chooses_the_machine() -> None:
-    found = choosing.load(PRINTER)
+    found = load(PRINTER)
     assert isinstance(found, settings.StageSettings) and found.model == "axis printer"
-    assert isinstance(choosing.load(None), LiveSettings)
+    assert isinstance(load(None), LiveSettings)
     assert found.controller == found.tree.controller
     with pytest.raises(InputError, match="--law"):
-        choosing.load(PRINTER, "pid")
+        load(PRINTER, "pid")
 
 
 def test_the_live_machine_has_the_travel_and_the_speeds_of_its_machine() -> None:

@@ -15,13 +15,13 @@ from macromicro.control.live.messages import Refused
 from macromicro.control.live.state import begin
 from macromicro.machines import guarding
 from macromicro.place import ANGLE, LENGTH
-from macromicro.serve import faults, shared
+from macromicro.serve import faults, settings, shared
 from macromicro.serve.requests import KINDS
 from macromicro.serve.scpi._parameters import Number
 from macromicro.serve.scpi._session import ended
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.tree import COMMANDS, tree
-from macromicro.serve.stage import guide, settings
+from macromicro.serve.stage import guide
 from macromicro.serve.web import _orders, _reporting, bins
 
 TEXT = 'machine = "rotary"\n[load]\ninertia = "0.012 kg*m^2"\n'
@@ -101,7 +101,7 @@ def test_words_are_in_degrees() -> None:
     end = m.Finished(3, m.STALLED, 0.5, 0.001, {})
     assert "at 28.648 deg" in str(ended(end, "move", ANGLE))
     assert "at 500.000 mm" in str(ended(end, "move"))
-    fault = faults.of_stage(200.0 + guarding.LOST, 1.0, 0.5, 2.0, ANGLE)
+    fault = faults.described(200.0 + guarding.LOST, 1.0, 0.5, 2.0, ANGLE)
     assert "57.3 deg, allowed 28.65 deg" in fault.evidence
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.control.live import messages as m
-from macromicro.serve import choosing
+from macromicro.serve.settings import load
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
 from macromicro.serve.web.server import Bounds
@@ -191,7 +191,7 @@ class Page(Window):
 @contextmanager
 def opened(driver: Any, file: Path, folder: Path) -> Iterator[Page]:
     """The page of the machine in a file."""
-    settings = choosing.load(file)
+    settings = load(file)
     patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
     station = Station(settings=settings._replace(serve=patient), state=folder / "p.json")
     with station, WebServer(station, port=0, folder=folder, bounds=SPARING) as server:

@@ -16,11 +16,9 @@ from macromicro.control.live.state import (
     NAN,
     NOWHERE,
     REST,
-    Frame,
     LiveState,
     Motion,
     Search,
-    position,
 )
 from macromicro.types import Sample
 
@@ -137,17 +135,7 @@ def _back(
     since = arrival.since(sequence, goal - sample.encoder, work.since, s.time)
     # Not while the stop is not sure, which has turned back above.
     if arrival.arrived(sequence, since, s.time):
-        offset = goal - q.coordinate
-        shift = offset - s.frame.offset  # counts lost or gained since it was last known
-        s = s._replace(
-            frame=Frame(offset, 0.0, True, s.frame.zero, named=True),
-            survey=survey.homed(p.settings.edges, s.survey, offset),
-        )
-        s = s._replace(seen=s.seen._replace(position=position(p, s)))
-        found = {"offset_raw_counts": offset, "stop_raw_counts": work.stop, "shift_counts": shift}
-        trust = t.reported(s, "trust", "homed", {"trusted": True, **found})
-        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.HOMED), found)
-        return s, Efforts(notices=(trust, *notices))
+        return released(t.homed(p, s, goal - q.coordinate, work.stop))
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
     s = s._replace(drive=drive, work=work._replace(since=since))
     return s, Efforts(_slow(q, s, motor), 0.0, 1.0)

@@ -7,7 +7,7 @@ from typing import Any
 
 from macromicro.control import arrival, supervisor
 from macromicro.control.arrival import TICK
-from macromicro.control.live import brake
+from macromicro.control.live import brake, following
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live._effort import Efforts, fine_efforts, observe, released
@@ -149,11 +149,8 @@ def _end(
     move, plan = work.progress.move, work.plan
     left = len(plan.stage) - move - 1
     found: Evidence = {"moves": move + 1, **(_result(s, work) if move >= 0 else {})}
-    if left or work.cut_off is not None:
-        found |= {"moves_left": left} if left else {}
-        if work.cut_off is not None:
-            found |= {f"cut_off_{name}": value for name, value in work.cut_off.items()}
-        return _stalled(p, s, found)
+    if lacks := following.lacking(left, work.cut_off):
+        return _stalled(p, s, found | lacks)
     if plan.stage[move] == moves.MICRO:
         return _settle(p, s, work, sample, dt)
     if not arrival.within(s.laws.sequence, found["error_counts"]):

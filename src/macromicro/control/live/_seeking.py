@@ -1,16 +1,20 @@
-"""Homing on a switch, an index pulse, or the index pulse next to a switch."""
+"""Homing of a stage: by touch, on a switch, at an index pulse, or at the one next to a switch.
+
+By touch it finds its lower end stop twice, the second time slowly.
+"""
 
 from __future__ import annotations
 
 import math
 
+from macromicro.control import arrival
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _touching, brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
     NEVER,
     REST,
+    Guide,
     Guided,
     Period,
     Seek,
@@ -18,13 +22,81 @@ from macromicro.control.live.leading import (
     Touch,
     ahead,
     at,
+    led,
     ramped,
+    to_rest,
 )
 from macromicro.control.live.messages import Evidence
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState, Search
 
-SEEK, RISE, OUT, UP, EDGE, PULSE, CHECK = range(7)  # OUT as in `touching`
+DOWN, BACK, OUT = range(3)  # by touch
+_LEG = -2  # number of the profiles of a homing, which no motion has
+
+
+def touch_stop(now: Period, s: LiveState, g: Guided) -> Step:
+    work, motion, touch = s.work, s.motion, now.q.touch
+    assert isinstance(work, Search) and motion is not None and touch is not None
+    if s.time - motion.began >= touch.patience - TICK:
+        return to_rest(now.p, s, g, m.STALLED, t.STALLED)
+    if work.phase == DOWN:
+        return _down(now, touch, s, work, g)
+    return leave(now, touch, s, work, g)
+
+
+def leave(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided) -> Step:
+    """One period of the way back before the next touch, or to the lowest target."""
+    p, q, place, dt = now
+    known = work.phase == OUT
+    stop = work.stop * p.settings.pitch
+    out = p.settings.limits.whole_low if math.isnan(touch.out) else touch.out
+    goal = stop - touch.place + out if known else stop + touch.back
+    g, late = led(_gently(q, touch), g, _LEG, goal, s.time, dt)
+    if late < 0.0:
+        return s, g, ()
+    inside = arrival.since(q.arrival, goal - place, g.inside, s.time)
+    g = g._replace(inside=inside)
+    if not arrival.arrived(q.arrival, inside, s.time):
+        return s, g, ()
+    if not known:
+        s = s._replace(work=work._replace(phase=DOWN, origin=s.seen.encoder))
+        return s, g._replace(there=math.nan, motion=NEVER), ()
+    offset = float(round(work.stop - touch.place / p.settings.pitch))
+    s, notices = t.homed(p, s, offset, work.stop)
+    return s, g._replace(motion=NEVER), notices
+
+
+def _gently(q: Guide, touch: Touch) -> Guide:
+    return q._replace(velocity=min(touch.speed, q.velocity))
+
+
+def _down(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided) -> Step:
+    p, q, place, dt = now
+    pitch, second = p.settings.pitch, not math.isnan(work.stop)
+    speed = touch.slow if second else touch.speed
+    g = g._replace(aim=ramped(q, at(g.aim, dt), -speed, dt))
+    g, held = ahead(touch, g, place)
+    pushed = revealed(touch, work, g, place, pitch)
+    if math.isnan(g.there) or abs(place - g.there) > touch.give or not (held or pushed):
+        return s, g._replace(there=place, since=s.time), ()
+    if s.time - g.since < touch.stand - TICK and not pushed:
+        return s, g, ()
+    sure = abs(place - work.stop * pitch) <= touch.give  # never of the first, whose stop is NaN
+    cause = "end stop confirmed" if sure else "end stop found"
+    event = t.reported(s, "move", cause, {"stop_raw_counts": s.seen.encoder})
+    felt = work._replace(phase=OUT if sure else BACK, stop=s.seen.encoder, sure=sure)
+    aim = REST._replace(position=place)  # what pushed against the stop is forgotten
+    g = g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, there=math.nan)
+    return s._replace(work=felt), g, (event,)
+
+
+def revealed(touch: Touch, work: Search, g: Guided, place: float, pitch: float) -> bool:
+    """Whether a stage has stood long enough under a push that moves a free one."""
+    unmoved = abs(place - work.origin * pitch) <= touch.give
+    return g.leaning >= (min(touch.reveal, touch.stand) if unmoved else touch.stand) - TICK
+
+
+SEEK, RISE, _, UP, EDGE, PULSE, CHECK = range(7)  # else; `OUT` as by touch
 HOLDS, LOOKS = 2.5e-3, 2  # s, and looks; a switch that says the same for longer has turned
 TRIES = 4  # times that an edge or pulse may be found elsewhere
 SAME = 2.5  # counts between two findings of one pulse
@@ -37,24 +109,23 @@ _WHY = {
 }
 
 
-def step(now: Period, s: LiveState, g: Guided) -> Step:
+def seek_switch(now: Period, s: LiveState, g: Guided) -> Step:
     (p, q, place, dt), work, motion = now, s.work, s.motion
     touch = q.touch
     assert isinstance(work, Search) and motion is not None and touch is not None
     seek = touch.seek
     assert seek is not None
     if s.time - motion.began >= touch.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
-        return s, g, notices
+        return to_rest(p, s, g, m.STALLED, t.STALLED)
     if work.phase == OUT:
-        return _touching.leave(now, touch, s, work, g)
+        return leave(now, touch, s, work, g)
     slow = {SEEK: -touch.speed, UP: touch.speed, EDGE: -touch.slow, CHECK: -seek.rise}
     g = g._replace(aim=ramped(q, at(g.aim, dt), slow.get(work.phase, seek.rise), dt))
     g, held = ahead(touch, g, place)
     if math.isnan(g.there) or not held or abs(place - g.there) > touch.give:
         g = g._replace(there=place, since=s.time)
     stands = s.time - g.since >= touch.stand - TICK
-    stands = stands or _touching.revealed(touch, work, g, place, p.settings.pitch)
+    stands = stands or revealed(touch, work, g, place, p.settings.pitch)
     return _judged(now, touch, s, work, g, stands)
 
 
@@ -182,5 +253,4 @@ def _named(s: LiveState, work: Search, g: Guided, place: float, count: float) ->
 
 
 def _given_up(p: LiveParameters, s: LiveState, g: Guided, found: Evidence) -> Step:
-    s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
-    return s, g, notices
+    return to_rest(p, s, g, m.STALLED, t.STALLED, found)

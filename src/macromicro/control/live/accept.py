@@ -4,15 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from macromicro.control.live import _homing, _jog, _moves, _programme, alone, brake, gains, targets
+from macromicro.control.live import (
+    _homing,
+    _moves,
+    _programme,
+    _steering,
+    alone,
+    brake,
+    gains,
+    targets,
+)
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import NOWHERE, Followed, Jogged, LiveState, Motion, carriage
+from macromicro.control.live.state import Followed, Jogged, LiveState, Motion, carriage
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
 
@@ -90,15 +100,8 @@ def _zero(p: LiveParameters, s: LiveState, request: m.Zero) -> Answer:
     here = s.seen.position
     frame, drive = s.frame._replace(zero=here), s.drive._replace(reset=True)
     s = s._replace(frame=frame, drive=drive)
-    return (
-        s,
-        _OK,
-        (
-            t.reported(
-                s, "zero", "zero", {f"zero_{p.settings.place.base}": here, "client": request.client}
-            ),
-        ),
-    )
+    found = {f"zero_{p.settings.place.base}": here, "client": request.client}
+    return s, _OK, (t.reported(s, "zero", "zero", found),)
 
 
 def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
@@ -159,11 +162,7 @@ def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
     motion: Motion | Refused = Motion(s.given + 1, "home", math.nan, math.nan, math.nan, s.time)
     if s.mode in _RUNNING:
         motion = BUSY  # homing never replaces a motion
-
-    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        return _homing.start(p, s, motion)
-
-    return begin(p, s, _obstacle(p, s) or motion, start)
+    return begin(p, s, _obstacle(p, s) or motion, partial(_homing.start, p))
 
 
 def _rests(s: LiveState) -> bool:
@@ -226,7 +225,7 @@ def _move_micro_by(p: LiveParameters, s: LiveState, request: m.MoveMicroBy) -> A
 def _contraction(p: LiveParameters, s: LiveState, position: Any, replace: Any) -> Answer:
     refusal = unready(p, s, replace)
     if refusal is None and not _rests(s):
-        refusal = Refused("the carriage is moving", "stop it first")
+        refusal = _MOVING
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"micro_mm": motion.fine * 1e3, "target_m": carriage(p, s) + motion.fine}
@@ -247,14 +246,8 @@ def _begin_jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
     if request.speed == 0.0:
         return s, Refused(f"no jog of the {request.stage}-stage is under way", "give a speed"), ()
     if request.stage == m.MICRO and not _rests(s):
-        return s, Refused("the carriage is moving", "stop it first"), ()
-
-    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        if request.stage == m.MACRO:
-            return _jog.start_macro(p, s, motion, request.speed, request.hold)
-        return _jog.start_micro(s, motion, request.speed, request.hold)
-
-    return begin(p, s, motion, start)
+        return s, _MOVING, ()
+    return begin(p, s, motion, lambda s, motion: _steering.start_jog(p, s, motion, request))
 
 
 def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog) -> Answer:
@@ -271,23 +264,10 @@ def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog
 
 def _follow(p: LiveParameters, s: LiveState, request: m.Follow) -> Answer:
     refusal = unready(p, s, False)
-    fine = among(request.stage, (m.MICRO,))
-    if refusal is None and fine and not _rests(s):
-        refusal = Refused("the carriage is moving", "stop it first")
-
-    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        found = {"hold_s": request.hold}
-        if fine:
-            s, notices = _moves.start_micro(
-                s, motion._replace(fine=s.seen.fine), t.MICRO_FOLLOW, found
-            )
-        else:
-            here = motion._replace(coarse=s.seen.encoder)
-            s, notices = _moves.start_macro(s, here, t.MACRO_FOLLOW, found)
-        target = s.target._replace(micro=math.nan) if fine else NOWHERE
-        return s._replace(work=Followed(float(request.hold), s.time), target=target), notices
-
-    return begin(p, s, refusal or targets.follow(s, request.stage, request.hold), start)
+    if refusal is None and among(request.stage, (m.MICRO,)) and not _rests(s):
+        refusal = _MOVING
+    motion = refusal or targets.follow(s, request.stage, request.hold)
+    return begin(p, s, motion, lambda s, motion: _steering.start_follow(s, motion, request))
 
 
 def _end_follow(p: LiveParameters, s: LiveState, request: m.EndFollow) -> Answer:
@@ -297,15 +277,12 @@ def _end_follow(p: LiveParameters, s: LiveState, request: m.EndFollow) -> Answer
 
 
 def _run(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
-    refusal = unready(p, s, False)
-
-    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        return _programme.start(s, motion, request.plan)
-
-    return begin(p, s, refusal or targets.plan(s, request.plan), start)
+    motion = unready(p, s, False) or targets.plan(s, request.plan)
+    return begin(p, s, motion, lambda s, motion: _programme.start(s, motion, request.plan))
 
 
 _FAULT = Refused("a fault is latched", "remove its cause and clear it first")
+_MOVING = Refused("the carriage is moving", "stop it first")
 BUSY = Refused("a motion is under way", "wait for its end, or stop it")
 NOT_FOLLOWING = Refused("no set points are followed", "begin with follow")
 _NO_SPEED = Refused("the law sets the speed of this machine's moves", "change its settings")

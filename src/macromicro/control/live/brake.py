@@ -55,13 +55,19 @@ def step(
     late = s.time >= work.until - TICK
     if not late and (math.isnan(sample.encoder) or s.seen.standing < p.settings.brake.rest - TICK):
         return s, Efforts()
-    way = s.seen.encoder - work.origin
-    evidence = {"way_counts": way, "allowed_counts": work.allowed, "cause": work.cause}
-    evidence |= work.found
     rested = s.seen.standing >= p.settings.brake.rest - TICK
+    return released(end(p, s, work, rested, allowed_counts=work.allowed))
+
+
+def end(
+    p: LiveParameters, s: LiveState, work: Braking, rested: bool, **more: float
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """The end of a motion that has been braked, or that did not come to rest."""
+    way = s.seen.encoder - work.origin
+    evidence: Evidence = {"way_counts": way, **more, "cause": work.cause, **work.found}
     if not rested:
         evidence["rest"] = "did not come to rest in time"
-    return released(finished(p, s, work.outcome if rested else m.STALLED, evidence))
+    return finished(p, s, work.outcome if rested else m.STALLED, evidence)
 
 
 def _slow_down(

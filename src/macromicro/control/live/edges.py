@@ -24,14 +24,14 @@ class Phase(NamedTuple):
     aa: float  # variance of `a`, m^2
     ab: float  # covariance, m^2/count
     bb: float  # variance of `b`, m^2/count^2
-    number: int  # edges taken
-    refused: int  # edges refused in a row
+    number: float  # edges taken
+    refused: float  # edges refused in a row
 
 
 @kernel
 def unknown() -> Phase:
     """The missing phase for kernels, which have no None."""
-    return Phase(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1, 0)
+    return Phase(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0)
 
 
 @kernel
@@ -43,7 +43,7 @@ def known(e: Phase) -> bool:
 def begin(count: float, a: float, pitch: float, scale: float) -> Phase:
     """The phase before any edge: uniform within half a pitch."""
     slope = scale * pitch
-    return Phase(count, a, 0.0, pitch * pitch / 12.0, 0.0, slope * slope, 0, 0)
+    return Phase(count, a, 0.0, pitch * pitch / 12.0, 0.0, slope * slope, 0.0, 0.0)
 
 
 @kernel
@@ -76,7 +76,7 @@ def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
     total = pa + d * pb + noise
     error = z - e.a - d * e.b
     if error * error > GATE * GATE * total:
-        return Phase(e.origin, e.a, e.b, e.aa, e.ab, e.bb, e.number, e.refused + 1)
+        return Phase(e.origin, e.a, e.b, e.aa, e.ab, e.bb, e.number, e.refused + 1.0)
     ka, kb = pa / total, pb / total
     return Phase(
         e.origin,
@@ -85,8 +85,8 @@ def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
         e.aa - ka * pa,
         e.ab - ka * pb,
         e.bb - kb * pb,
-        e.number + 1,
-        0,
+        e.number + 1.0,
+        0.0,
     )
 
 

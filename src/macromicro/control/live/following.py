@@ -7,11 +7,13 @@ from typing import Any
 
 from macromicro.control.arrival import TICK
 from macromicro.control.live import messages as m
+from macromicro.control.live import tracking
 from macromicro.control.live import transitions as t
-from macromicro.control.live.leading import REST, Aim
+from macromicro.control.live.leading import REST, Aim, Piece
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import Followed, Jogged, LiveState, Motion
+from macromicro.control.live.tracking import Limits
 
 
 def bounds(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[float, float]:
@@ -73,6 +75,37 @@ def facts(work: Any) -> Evidence:
     if isinstance(work, Followed):
         found |= {"set_points": work.points, "clipped": work.clipped}
     return found
+
+
+def lacking(left: int, cut_off: Evidence | None) -> Evidence:
+    """What a programme has left out at its end; nothing if all moves were made."""
+    found: Evidence = {"moves_left": left} if left else {}
+    return found | {f"cut_off_{name}": value for name, value in (cut_off or {}).items()}
+
+
+def led(
+    work: Followed,
+    rates: tuple[float, float, float],
+    ends: tuple[float, float],
+    here: Aim,
+    now: float,
+    dt: float,
+    offset: float = 0.0,
+) -> tuple[Followed, Aim, Aim, tuple[Piece, ...]]:
+    """The set point of a stage from `here` towards the client's, within speed, acceleration and
+    jerk: the work after it, the client's, this period's, and where its polynomial changes.
+
+    `here` is in the encoder's own frame, which is `offset` ahead of that of the soft limits `ends`.
+    """
+    low, high = ends
+    # What begins outside of the limits comes back.
+    least, most = min(low + offset, here.position), max(high + offset, here.position)
+    limits = Limits(*rates, least, most)
+    track = tracking.start(limits, here) if work.track is None else work.track
+    goal = target(work, now, low, high, here.position - offset)
+    goal = goal._replace(position=goal.position + offset)
+    track, aim, later = tracking.step(limits, track, goal, dt)
+    return work._replace(track=track), goal, aim, later
 
 
 def target(work: Followed, now: float, low: float, high: float, here: float) -> Aim:

@@ -11,7 +11,8 @@ from typing import Any
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _seeking, _touching, brake, following, survey
+from macromicro.control.live import _seeking, alone, following, survey
+from macromicro.control.live import brake as braking
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
@@ -28,11 +29,20 @@ from macromicro.control.live.leading import (
     braked,
     led,
     ramped,
+    to_rest,
 )
 from macromicro.control.live.machine import Look, perceive
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, Search
+from macromicro.control.live.state import (
+    Approach,
+    Braking,
+    Followed,
+    Jogged,
+    LiveState,
+    Search,
+    Targets,
+)
 from macromicro.types import QUIET, Lines, Sample
 
 HASTE, SURGE = 2.0, 0.25  # times what was asked, and of the greatest speed, before it is known
@@ -127,7 +137,7 @@ def leans(q: Touch, work: Any) -> float:
     """The longest time that a stage of unknown position may stand and push."""
     if not isinstance(work, Search):
         return q.reveal + SPARE
-    away = q.seek is None and work.phase in (_touching.BACK, _touching.OUT)
+    away = q.seek is None and work.phase in (_seeking.BACK, _seeking.OUT)
     return q.reveal if away else q.stand + SPARE
 
 
@@ -152,7 +162,7 @@ def slowed(q: Guide, g: Guided) -> Guide:
 def _home(now: Period, s: LiveState, g: Guided) -> Step:
     touch = now.q.touch
     assert touch is not None
-    search = _touching.step if touch.seek is None else _seeking.step
+    search = _seeking.touch_stop if touch.seek is None else _seeking.seek_switch
     return search(now, s, g)
 
 
@@ -167,12 +177,45 @@ def follow(now: Period, s: LiveState, g: Guided) -> Step:
     unit = p.settings.place
     found = {f"error_{unit.fine}": (goal - place) * unit.fines, "seconds": s.time - motion.began}
     if there:
-        s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
-        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
-        return s, g, (event, *notices)
+        s, notices = t.arrived(p, s, found)
+        return s, g, notices
     if late >= q.arrival.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
-        return s, let_go(g, place), notices
+        return to_rest(p, s, let_go(g, place), m.STALLED, t.STALLED, found)
+    return s, g, ()
+
+
+def follow_points(now: Period, s: LiveState, g: Guided) -> Step:
+    """One period behind the set points that a client streams."""
+    (p, q, place, dt), work, motion = now, s.work, s.motion
+    assert isinstance(work, Followed) and motion is not None
+    if g.motion != motion.id:  # the set point comes to rest first
+        g = braked(q, g, dt)
+        if g.aim.velocity != 0.0:
+            return s, g, ()
+        g, work = g._replace(motion=motion.id, inside=math.nan), work._replace(track=None)
+    offset = s.frame.offset * p.settings.pitch
+    here = g.aim if work.track is None else work.track.aim
+    if following.lapsed(s):
+        g = g._replace(aim=ramped(q, here, 0.0, dt))
+        return to_rest(p, s, g, m.LOST, t.LAPSED, following.facts(work))
+    rates = slowed(q, g).velocity, q.acceleration, q.jerk
+    ends = following.bounds(p, s, motion)
+    work, goal, aim, later = following.led(work, rates, ends, here, s.time, dt, offset)
+    g = g._replace(aim=aim, later=later)
+    if not work.ending or aim != goal:
+        return s._replace(work=work), g, ()
+    entered = s.time if math.isnan(work.settle.entered) else work.settle.entered
+    s = s._replace(work=work._replace(settle=work.settle._replace(entered=entered)))
+    g, there = reached(q, g, goal.position, place, s.time)
+    unit = p.settings.place
+    found = {f"error_{unit.fine}": (goal.position - place) * unit.fines, **following.facts(work)}
+    if there:
+        whole = goal.position - offset
+        s = s._replace(target=Targets(whole, alone.nearest(whole, p.settings.pitch)))
+        s, notices = t.arrived(p, s, found)
+        return s, g, notices
+    if s.time - entered >= q.arrival.patience - TICK:
+        return to_rest(p, s, let_go(g, place), m.STALLED, t.STALLED, found)
     return s, g, ()
 
 
@@ -233,12 +276,8 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
         g = let_go(g, place)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
         return s, g, lost
-    evidence = {"way_counts": s.seen.encoder - work.origin, "cause": work.cause, **work.found}
-    if not rested:
-        evidence["rest"] = "did not come to rest in time"
-        g = let_go(g, place)
-    s, notices = t.finished(p, s, work.outcome if rested else m.STALLED, evidence)
-    return s, g, (*lost, *notices)
+    s, notices = braking.end(p, s, work, rested)
+    return s, g if rested else let_go(g, place), (*lost, *notices)
 
 
 def jog(now: Period, s: LiveState, g: Guided) -> Step:
@@ -247,8 +286,8 @@ def jog(now: Period, s: LiveState, g: Guided) -> Step:
     assert isinstance(work, Jogged)
     pitch, aim = p.settings.pitch, at(g.aim, dt)
     if following.lapsed(s):
-        s, notices = brake.start(p, s, m.LOST, t.LAPSED, following.facts(work))
-        return s, g._replace(aim=ramped(q, aim, 0.0, dt)), notices
+        g = g._replace(aim=ramped(q, aim, 0.0, dt))
+        return to_rest(p, s, g, m.LOST, t.LAPSED, following.facts(work))
     goal = work.goal * pitch
     if g.off_low or g.off_high:
         goal = math.copysign(min(abs(goal), q.leave), goal)
@@ -260,8 +299,7 @@ def jog(now: Period, s: LiveState, g: Guided) -> Step:
         goal = math.copysign(min(abs(goal), math.sqrt(2.0 * q.acceleration * left)), goal)
         g = g._replace(aim=ramped(q, aim, goal, dt))
         if left <= 0.0:
-            s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
-            return s, g, notices
+            return to_rest(p, s, g, m.LIMIT, t.LIMIT)
         return s, g, ()
     g = g._replace(aim=ramped(q, aim, goal, dt))
     if q.touch is None:
@@ -270,9 +308,14 @@ def jog(now: Period, s: LiveState, g: Guided) -> Step:
     s = s._replace(work=work._replace(held_back=work.held_back + dt if leant else 0.0))
     patience = p.settings.jogging.patience
     if work.held_back >= patience - TICK or g.leaning >= min(patience, q.touch.reveal):
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED, STANDS)
-        return s, let_go(g, place), notices
+        return to_rest(p, s, let_go(g, place), m.STALLED, t.STALLED, STANDS)
     return s, g, ()
 
 
-WORKS: dict[type, Work] = {Approach: follow, Braking: slow_down, Jogged: jog, Search: _home}
+WORKS: dict[type, Work] = {
+    Approach: follow,
+    Braking: slow_down,
+    Followed: follow_points,
+    Jogged: jog,
+    Search: _home,
+}

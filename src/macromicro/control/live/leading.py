@@ -8,7 +8,8 @@ from sys import float_info
 from typing import NamedTuple
 
 from macromicro.control.arrival import TICK
-from macromicro.control.live.messages import Notice
+from macromicro.control.live import brake
+from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState
 from macromicro.motion import Segment, s_curve
@@ -196,6 +197,19 @@ def led(
             return g._replace(aim=at(Aim(*piece[1:]), since), later=coming), -math.inf
         since -= piece.duration
     return g._replace(aim=REST._replace(position=goal)), since
+
+
+def to_rest(
+    p: LiveParameters,
+    s: LiveState,
+    g: Guided,
+    outcome: str,
+    cause: str,
+    found: Evidence | None = None,
+) -> Step:
+    """Begin to brake; the motion is reported to have ended like this."""
+    s, notices = brake.start(p, s, outcome, cause, found)
+    return s, g, notices
 
 
 def ahead(q: Touch, g: Guided, place: float) -> tuple[Guided, bool]:

@@ -7,30 +7,14 @@ from collections.abc import Callable
 
 from macromicro.control import calibration
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _follow, _homing, _jog, _moves, _programme, brake, survey
+from macromicro.control.live import _homing, _moves, _programme, _steering, brake, state, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live._effort import NONE, Efforts, rested
 from macromicro.control.live.accept import accept
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import Edges, LiveParameters
-from macromicro.control.live.state import (
-    Approach,
-    Braking,
-    Followed,
-    Jogged,
-    LiveState,
-    Running,
-    Search,
-    Seen,
-    Settle,
-    Trouble,
-    begin,
-    by_laser,
-    now,
-    perceived,
-    uncertainty,
-)
+from macromicro.control.live.state import LiveState, begin
 from macromicro.control.live.survey import Moving, Survey
 from macromicro.types import SAFE, Command, Outputs, Sample
 
@@ -53,7 +37,7 @@ def step(
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
     s, efforts = _work(p, s, sample, dt)
     motor, ctrl, macro_active, micro_active, notices = efforts
-    if micro_active < 0.5 and not isinstance(s.work, Running):  # whose supervisor sees to it
+    if micro_active < 0.5 and not isinstance(s.work, state.Running):  # whose supervisor sees to it
         s = rested(s, dt)
     if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold a missing stage
         motor, macro_active = 0.0, 0.0
@@ -76,13 +60,13 @@ def _work(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[L
 
 
 _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
-    Settle: _moves.fine,
-    Approach: _moves.coarse,
-    Jogged: _jog.step,
-    Followed: _follow.step,
-    Running: _programme.step,
-    Search: _homing.step,
-    Braking: brake.step,
+    state.Settle: _moves.fine,
+    state.Approach: _moves.coarse,
+    state.Jogged: _steering.step,
+    state.Followed: _steering.step,
+    state.Running: _programme.step,
+    state.Search: _homing.step,
+    state.Braking: brake.step,
 }
 
 
@@ -130,8 +114,8 @@ def perceive(
         position = survey.whole(watched, q.pitch, frame.offset)
     else:
         position = (last - frame.offset) * q.pitch + fine
-    seen = Seen(last, speed, standing, fine, position)
-    return perceived(s, (time, shift), seen, frame, watched), sample
+    seen = state.Seen(last, speed, standing, fine, position)
+    return state.perceived(s, (time, shift), seen, frame, watched), sample
 
 
 def _driven(s: LiveState) -> bool:
@@ -162,7 +146,7 @@ def fault(
     if s.motion is not None or position_lost:
         s, lost = t.untrusted(s, f"fault: {words}")
     drive = t.idle(s.drive)._replace(reset=False)
-    s = s._replace(fault=Trouble(now(s), words, evidence), fan=0.0, drive=drive)
+    s = s._replace(fault=state.Trouble(state.now(s), words, evidence), fan=0.0, drive=drive)
     facts = {"words": words, **evidence}
     s, notices = t.conclude(p, s, m.FAULT, (m.FAULTED, t.FAULT), facts)
     return s, (*lost, *notices)
@@ -170,12 +154,12 @@ def fault(
 
 def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
     """Note that the Hall sensor's readings are implausible, or plausible again."""
-    before = uncertainty(p, s)
+    before = state.uncertainty(p, s)
     # What was judged by readings that were none is not to be held against the encoder.
-    if not words and (s.survey.apart > 0.0 or not by_laser(p, s)):
+    if not words and (s.survey.apart > 0.0 or not state.by_laser(p, s)):
         s = s._replace(survey=survey.NOTHING)
     s = s._replace(doubt=words)
-    known = math.isfinite(uncertainty(p, s))
+    known = math.isfinite(state.uncertainty(p, s))
     if known == math.isfinite(before):
         return s, ()
     return s, (t.reported(s, "trust", words or "the Hall sensor is back", {"trusted": known}),)

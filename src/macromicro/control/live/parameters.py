@@ -103,6 +103,11 @@ class Homing(NamedTuple):
     ] = 145.0
     coordinate: Annotated[float, _own("count", "name of the place backed off to")] = 0.0
 
+    @property
+    def leans(self) -> float:
+        """Longest time that homing pushes against a stop without a count."""
+        return 2.0 * self.stand
+
 
 class Jogging(NamedTuple):
     macro: Annotated[float, _own("m/s", "fastest macro jog", shown="mm/s", positive=True)] = 0.05

@@ -6,17 +6,8 @@ import math
 from typing import Any, NamedTuple
 
 from macromicro.control import macro, micro, settings
+from macromicro.control.live import messages as m
 from macromicro.control.live import survey
-from macromicro.control.live.messages import (
-    DISABLED,
-    HOLDING,
-    MACRO,
-    MICRO,
-    MOVING_MACRO,
-    MOVING_MICRO,
-    SETTLING,
-    Evidence,
-)
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
 from macromicro.control.live.survey import NOTHING, Survey
 from macromicro.control.macro import Memory
@@ -142,7 +133,7 @@ class Braking(NamedTuple):
     cause: str
     origin: float  # where it began, raw counts
     allowed: float  # way that it may take, counts
-    found: Evidence  # what else is reported at its end
+    found: m.Evidence  # what else is reported at its end
     goal: float = NAN  # where the motion was to end, raw counts, or NaN
 
 
@@ -152,7 +143,7 @@ class Running(NamedTuple):
     start: float
     window: Window  # errors of the last move, a fine one
     over: float  # when the plan was completed, s, or NaN
-    cut_off: Evidence | None  # what the first move cut off lacked, if any
+    cut_off: m.Evidence | None  # what the first move cut off lacked, if any
 
 
 class Played(NamedTuple):
@@ -161,7 +152,7 @@ class Played(NamedTuple):
     plan: Any  # moves and their profiles, in m of the homed frame
     progress: Any  # state of their sequence
     start: float  # when it began, s; NaN: the stage is on its way to where it begins
-    cut_off: Evidence | None  # what the first move cut off lacked, if any
+    cut_off: m.Evidence | None  # what the first move cut off lacked, if any
 
 
 Work = Approach | Settle | Search | Jogged | Followed | Braking | Running | Played
@@ -170,7 +161,7 @@ Work = Approach | Settle | Search | Jogged | Followed | Braking | Running | Play
 class Trouble(NamedTuple):
     time: float
     words: str
-    evidence: Evidence  # numbers and words by name
+    evidence: m.Evidence  # numbers and words by name
 
 
 class Targets(NamedTuple):
@@ -211,18 +202,18 @@ def begin(
     p: LiveParameters, coordinate: float | None = None, *, trusted: bool = False
 ) -> LiveState:
     """The machine before its first sample: disabled, nothing moves."""
-    alone = MACRO not in p.stages
+    alone = m.MACRO not in p.stages
     kept = NAN if coordinate is None else float(coordinate)
     known = not alone and math.isfinite(kept)
     first = kept if known else 0.0
     laws = settings.prepare(p.control, False, p.calibration, p.settings.pitch)
     return LiveState(
-        DISABLED,
+        m.DISABLED,
         0.0,
         p.control,
         laws,
         p.settings.limits,
-        Seen(NAN, 0.0, 0.0, NAN if MICRO in p.stages else 0.0, NAN),
+        Seen(NAN, 0.0, 0.0, NAN if m.MICRO in p.stages else 0.0, NAN),
         Frame(NAN, first, (trusted and known) or alone, 0.0, known, not alone),
         Drive(0.0, 0.0, REST, 0.0, False, micro.begun(laws.fine)),
         None,
@@ -303,7 +294,7 @@ def target(p: LiveParameters, s: LiveState) -> float:
     whole, macro, micro = s.target
     if not math.isnan(whole):
         return whole
-    return carriage(p, s) + micro if MICRO in p.stages else macro * p.settings.pitch
+    return carriage(p, s) + micro if m.MICRO in p.stages else macro * p.settings.pitch
 
 
 def goal(p: LiveParameters, s: LiveState) -> float:
@@ -311,8 +302,8 @@ def goal(p: LiveParameters, s: LiveState) -> float:
     known = target(p, s)
     if not math.isnan(known):
         return known
-    if s.mode in (MOVING_MICRO, HOLDING):
+    if s.mode in (m.MOVING_MICRO, m.HOLDING):
         return carriage(p, s) + s.drive.micro_reference
-    if s.mode in (MOVING_MACRO, SETTLING):
+    if s.mode in (m.MOVING_MACRO, m.SETTLING):
         return (s.drive.macro_reference - s.frame.offset) * p.settings.pitch
     return NAN

@@ -17,7 +17,7 @@ from macromicro.kernel import kernel
 from macromicro.types import Sample
 
 NAN = math.nan
-_PENDING = 200  # periods within which a reset must show
+_PENDING = 200.0  # periods within which a reset must show
 _SMALL = 5e-6  # m: a reset of no more looks like noise, nor does it have to be
 _STUCK = 3  # periods with the same reading of the laser while counts pass
 _HALL_STUCK = 20  # the same of the Hall sensor, whatever passes: its noise forbids it
@@ -33,8 +33,8 @@ class Survey(NamedTuple):
     phase: Phase | None = None  # phase of the edges
     laser: float = NAN  # last reading, m
     base: float = 0.0  # sum of the machine's own laser resets, m
-    awaited: int = 0  # periods left for a reset to show
-    same: int = 0  # periods with the same reading of the laser
+    awaited: float = 0.0  # periods left for a reset to show
+    same: float = 0.0  # periods with the same reading of the laser
     held: float = NAN  # the count when it was new
     counts: float = NAN  # encoder in the sample before, raw counts; NaN where it was not complete
     whole: float = NAN  # laser + base in the sample before, m
@@ -42,7 +42,7 @@ class Survey(NamedTuple):
     path: float = NAN  # path of the carriage, mean of the period before, m
     pace: float = NAN  # its last step, m
     hall: float = NAN  # last reading, V
-    hall_same: int = 0  # periods with the same reading of the Hall sensor
+    hall_same: float = 0.0  # periods with the same reading of the Hall sensor
     slow: float = 0.0  # time since the carriage was last fast, s
     edge: float = NAN  # the last one taken
     # phase by which counts are judged where edges contradicted it, m; NaN while they agree
@@ -85,11 +85,11 @@ def _phase(v: Survey) -> Phase:
 
 
 @kernel
-def _anew(laser: float, same: int, held: float) -> Survey:
+def _anew(laser: float, same: float, held: float) -> Survey:
     """Restart, keeping how long the laser has repeated its value."""
     return Survey(
-        edges.unknown(), laser, 0.0, 0, same, held, NAN, NAN, NAN,
-        NAN, NAN, NAN, 0, 0.0, NAN, NAN, 0.0, 0.0, math.inf,
+        edges.unknown(), laser, 0.0, 0.0, same, held, NAN, NAN, NAN,
+        NAN, NAN, NAN, 0.0, 0.0, NAN, NAN, 0.0, 0.0, math.inf,
     )  # fmt: skip
 
 
@@ -100,13 +100,13 @@ def followed(
     """`look` for kernels, with `edges.unknown` for None."""
     count = sample.encoder
     if q.use != 1 or not abs(sample.laser) < _FARTHEST:
-        return _anew(NAN, 0, NAN)
+        return _anew(NAN, 0.0, NAN)
     now = _beam(q, v, sample)
     phase = _phase(now)
     if now.same >= _STUCK and (not edges.known(_phase(v)) or count != now.held):
         return _anew(now.laser, now.same, now.held)
     if v.awaited == 1 and now.base == v.base:  # the reset never came, or is too small to see
-        return _anew(now.laser, 0, count)
+        return _anew(now.laser, 0.0, count)
     if math.isnan(count) or math.isnan(sample.hall) or now.hall_same >= _HALL_STUCK:
         return Survey(
             phase, now.laser, now.base, now.awaited, now.same, now.held, NAN, now.whole, now.fine,
@@ -134,14 +134,14 @@ def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
     laser, hall = sample.laser, sample.hall
     phase, base, awaited = _phase(v), v.base, v.awaited
     if awaited > 0:  # the phase is known then: `reset_given`
-        awaited -= 1
+        awaited -= 1.0
         if abs(laser) < abs(laser - v.laser):
-            base, awaited = base + v.laser, 0
+            base, awaited = base + v.laser, 0.0
             phase = edges.blurred(phase, q.reset * q.reset)
-    same, held = 0, sample.encoder
+    same, held = 0.0, sample.encoder
     if laser == v.laser:
-        same, held = v.same + 1, v.held
-    hall_same = v.hall_same + 1 if hall == v.hall else 0
+        same, held = v.same + 1.0, v.held
+    hall_same = v.hall_same + 1.0 if hall == v.hall else 0.0
     return Survey(
         phase, laser, base, awaited, same, held, v.counts, v.whole, v.fine, v.path, v.pace,
         hall, hall_same, v.slow, v.edge, v.anchor, v.gap, v.apart, v.half,
@@ -168,7 +168,7 @@ def _judged(
     pace = now.path - v.path
     leap = _LEAP_AT_REST if moving.standing >= _RESTED else _LEAP
     if abs(gap - v.gap) > leap and abs(pace - v.pace) > leap * pitch:
-        return _anew(now.laser, 0, count)
+        return _anew(now.laser, 0.0, count)
     phase = edges.blurred(phase, q.drift * q.drift * dt)
     edge = max(count, v.counts)
     unsure = now.awaited > 0 or not math.isnan(anchor)

@@ -24,41 +24,19 @@ _ASKED = packed(_MOVING + len(Moving._fields))
 
 @kernel
 def _store(v: Survey, row: Array) -> None:
-    e = v.phase
-    row[0] = e.origin  # type: ignore[union-attr]
-    row[1] = e.a  # type: ignore[union-attr]
-    row[2] = e.b  # type: ignore[union-attr]
-    row[3] = e.aa  # type: ignore[union-attr]
-    row[4] = e.ab  # type: ignore[union-attr]
-    row[5] = e.bb  # type: ignore[union-attr]
-    row[6] = float(e.number)  # type: ignore[union-attr]
-    row[7] = float(e.refused)  # type: ignore[union-attr]
-    row[8] = v.laser
-    row[9] = v.base
-    row[10] = float(v.awaited)
-    row[11] = float(v.same)
-    row[12] = v.held
-    row[13] = v.counts
-    row[14] = v.whole
-    row[15] = v.fine
-    row[16] = v.path
-    row[17] = v.pace
-    row[18] = v.hall
-    row[19] = float(v.hall_same)
-    row[20] = v.slow
-    row[21] = v.edge
-    row[22] = v.anchor
-    row[23] = v.gap
-    row[24] = v.apart
-    row[25] = v.half
+    phase, rest = v.phase, v[1:]
+    for k in range(_PHASE):
+        row[k] = phase[k]  # type: ignore[index]
+    for k in range(len(rest)):
+        row[_PHASE + k] = rest[k]
 
 
 @kernel
 def _restored(r: Array) -> Survey:
-    e = Phase(r[0], r[1], r[2], r[3], r[4], r[5], int(r[6]), int(r[7]))
+    e = Phase(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7])
     return Survey(
-        e, r[8], r[9], int(r[10]), int(r[11]), r[12], r[13], r[14], r[15], r[16], r[17], r[18],
-        int(r[19]), r[20], r[21], r[22], r[23], r[24], r[25],
+        e, r[8], r[9], r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17], r[18],
+        r[19], r[20], r[21], r[22], r[23], r[24], r[25],
     )  # fmt: skip
 
 
@@ -102,15 +80,7 @@ class Surveying:
             next(self._survey)
         _ASKED.pack_into(asked.data, 0, _LOOK, sample.encoder, sample.hall, sample.laser, *moving)
         next(self._survey)
-        (
-            origin, a, b, aa, ab, bb, number, refused, laser, base, awaited, same, held, counts,
-            whole, fine, path, pace, hall, hall_same, slow, edge, anchor, gap, apart, half,
-        ) = self._state.tolist()  # fmt: skip
-        phase = None
-        if number >= 0.0:
-            phase = Phase(origin, a, b, aa, ab, bb, int(number), int(refused))
-        self._last = v = Survey(
-            phase, laser, base, int(awaited), int(same), held, counts, whole, fine, path, pace,
-            hall, int(hall_same), slow, edge, anchor, gap, apart, half,
-        )  # fmt: skip
+        row = self._state.tolist()
+        phase = Phase(*row[:_PHASE])
+        self._last = v = Survey(phase if edges.known(phase) else None, *row[_PHASE:])
         return v

@@ -26,6 +26,7 @@ begins with braking. Holding: the micro-stage under control, the carriage parked
 from __future__ import annotations
 
 from macromicro.control.live import messages as m
+from macromicro.control.live import survey
 from macromicro.control.live.messages import Event, Evidence, Finished, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -33,9 +34,11 @@ from macromicro.control.live.state import (
     NOWHERE,
     REST,
     Drive,
+    Frame,
     LiveState,
     by_laser,
     now,
+    position,
     uncertainty,
 )
 
@@ -112,6 +115,25 @@ def trusted(s: LiveState, why: str, offset: float) -> tuple[LiveState, Event]:
     return s._replace(frame=frame), reported(s, "trust", why, facts)
 
 
+def homed(
+    p: LiveParameters, s: LiveState, offset: float, stop: float
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """The end of a homing: the position is known by the raw count of coordinate 0."""
+    found = {
+        "offset_raw_counts": offset,
+        "stop_raw_counts": stop,
+        "shift_counts": offset - s.frame.offset,  # lost or gained since it was last known
+    }
+    s = s._replace(
+        frame=Frame(offset, 0.0, True, s.frame.zero, named=True),
+        survey=survey.homed(p.settings.edges, s.survey, offset),
+    )
+    s = s._replace(seen=s.seen._replace(position=position(p, s)))
+    trust = reported(s, "trust", "homed", {"trusted": True, **found})
+    s, notices = conclude(p, s, m.READY, (m.DONE, HOMED), found)
+    return s, (trust, *notices)
+
+
 def idle(d: Drive) -> Drive:
     """Both stages off, memories empty; a pending reset of the laser stays pending."""
     return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset, d.fine)
@@ -132,6 +154,15 @@ def finished(
     elif outcome not in (m.DONE, m.SUPERSEDED):  # a carriage that stands is where it was sent
         target = NOWHERE._replace(macro=target.macro) if s.mode in _FINE else NOWHERE
     return s._replace(motion=None, work=None, target=target), (end,)
+
+
+def arrived(
+    p: LiveParameters, s: LiveState, evidence: Evidence
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """The end of a motion of a stage that rests where it was to be."""
+    s, event = go(s, m.SETTLING, ARRIVED, evidence)
+    s, notices = conclude(p, s, m.READY, (m.DONE, SETTLED), evidence)
+    return s, (event, *notices)
 
 
 def conclude(

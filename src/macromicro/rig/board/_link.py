@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from macromicro.errors import MacromicroError
 from macromicro.extras import remedy
-from macromicro.rig.board import parameters, protocol
+from macromicro.rig.board import control, protocol
 from macromicro.rig.board.control import Board
 from macromicro.rig.board.framing import Stream
 from macromicro.rig.board.protocol import BAUD, FIRMWARE, REFUSALS, VERSION, Frame
@@ -122,7 +122,7 @@ class Link:
         except BoardError as error:
             found = f"{error}: is it a board with this firmware, at this port? (docs/board.md)"
             raise BoardError(found) from None
-        layout = parameters.layout(params)
+        layout = control.layout(params)
         if (who["version"], who["firmware"], who["layout"]) != (VERSION, FIRMWARE, layout):
             uno = protocol.BOARDS.get(who["board"], _UNO) == _UNO
             file = "the file of `macromicro export hex`" if uno else "a new build"
@@ -137,10 +137,10 @@ class Link:
 
     def configure(self, params: Board) -> None:
         """Write all parameters and verify them."""
-        names = parameters.flat(params)
+        names = control.flat(params)
         for index, (name, value) in enumerate(names.items()):
             stored = self.ask("set", "parameter", index=index, value=value)["value"]
-            if stored != parameters.single(value):
+            if stored != control.single(value):
                 found = f"{name} was written as {value:g} and read back as {stored:g}"
                 raise BoardError(f"{self.name}: {found}")
 

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
 from macromicro.nominal import FULL_SCALE
-from macromicro.rig.board import _link, control, framing, parameters, protocol
+from macromicro.rig.board import _link, control, framing, protocol
 from macromicro.rig.board._link import BoardError, Link, Port
 from macromicro.rig.board.control import Board
 from macromicro.rig.board.protocol import SPEC, Frame
@@ -37,12 +37,11 @@ def _fault(status: Mapping[str, float]) -> str:
     text = TEXTS.get(code)
     if text is None:
         return f"fault {code}, {when}"
-    seen = text.evidence.format(
-        value=text.scale * status["value"], limit=text.scale * status["limit"]
-    )
+    seen = text.seen(status["value"], status["limit"])
     return f"{text.message} ({seen}), {when}. {text.remedy}"
 
 
+ROUND_TRIPS = 200  # that are measured
 TICK = 1e-6 * SPEC["period"]  # s
 HOST_LOOP, BOARD_LOOP = "host", "board"
 LOOPS = (BOARD_LOOP, HOST_LOOP)
@@ -166,12 +165,12 @@ class BoardRig:
     def status(self) -> dict[str, float]:
         return self._board.ask("ask", "status")
 
-    def round_trips(self, count: int = 200) -> list[float]:
+    def round_trips(self) -> list[float]:
         """Round-trip times with safe outputs; the answer comes in the next period."""
         board = self._board
         self.stop()
         board.trips.clear()
-        for _ in range(count):
+        for _ in range(ROUND_TRIPS):
             self.stop()
         board.forget()
         return list(board.trips)
@@ -227,7 +226,7 @@ class BoardRig:
         return bool((lines["limit_low"] and motor < 0.0) or (lines["limit_high"] and motor > 0.0))
 
     def _begin(self) -> None:
-        crc = framing.crc16(parameters.words(self._params))
+        crc = framing.crc16(control.words(self._params))
         self._board.urge("begin", "done", parameters=crc)
         self._board.forget()  # they may show the fault that it has cleared
         self._driving = True

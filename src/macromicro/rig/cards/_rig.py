@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol, Self
 
 from macromicro.errors import MacromicroError
-from macromicro.rig.cards._roles import ANALOG, COUNTER, fields, shape
-from macromicro.rig.cards._wiring import Terminal, Wiring
-from macromicro.types import Clock
+from macromicro.rig.cards._wiring import ANALOG, COUNTER, Terminal, Wiring, fields, shape
 
 
 class CardError(MacromicroError):
@@ -64,14 +62,14 @@ _TYPE: Any = namedtuple  # its fields are known when the wiring is
 class CardRig:
     """A machine behind a data-acquisition card, as a `Rig`."""
 
-    def __init__(self, wiring: Wiring, port: Port, clock: Clock | None = None) -> None:
+    def __init__(self, wiring: Wiring, port: Port) -> None:
         self.kind, self.dt, self.rest = wiring.kind, wiring.dt, wiring.rest
         self.calibration, self.counted = wiring.calibration, wiring.keeps_count
         if not math.isnan(wiring.pitch):
             self.pitch = wiring.pitch
         self.channels = tuple(t.name for t in wiring.inputs)
         self.outputs = tuple(t.name for t in wiring.outputs)
-        self.clock: Clock = Deadlines() if clock is None else clock
+        self.clock = Deadlines()
         self._wiring, self._port = wiring, port
         names = shape(wiring.kind, self.channels)
         self._sample, self._blank = _TYPE("CardSample", names), dict.fromkeys(names[1:], math.nan)
@@ -126,8 +124,7 @@ class CardRig:
         except BaseException:
             self._port.close()
             raise
-        if isinstance(self.clock, Deadlines):
-            self.clock.start()
+        self.clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -159,7 +159,7 @@ def _velocity(session: Session, axis: str) -> float:
 
 async def _vel(call: Call) -> Answer:
     session = call.session
-    per, most = session.instrument.place.per, session.instrument.settings.speeds
+    per, most = session.instrument.place.per, session.instrument.settings.facts.speeds
     pairs = {axis: value / per for axis, value in _pairs(call).items()}
     for axis, value in pairs.items():
         now, stage = _velocity(session, axis), _stage(axis)
@@ -271,7 +271,7 @@ def _ready(call: Call) -> Answer:
 
 
 def _idn(call: Call) -> Answer:
-    return f"macromicro, {call.session.instrument.settings.model}, 0, {__version__}"
+    return f"macromicro, {call.session.instrument.settings.facts.model}, 0, {__version__}"
 
 
 def _hlp(call: Call) -> Answer:

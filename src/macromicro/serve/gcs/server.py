@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Entry
-from macromicro.serve.door import _server as door
+from macromicro.serve.door import _connection as door
 from macromicro.serve.door._connection import STOP_COST, Bounds, Connection, SocketMonitor
 from macromicro.serve.door._first_line import Grammar
 from macromicro.serve.gcs import _errors

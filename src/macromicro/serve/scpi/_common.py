@@ -9,7 +9,7 @@ from macromicro.control.live.messages import Disable, Fan, SetLimits
 from macromicro.serve.requests import CONTROL
 from macromicro.serve.scpi._parameters import Number
 from macromicro.serve.scpi._session import Session
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, command
 from macromicro.serve.scpi.status import Register
 
 _BYTE = Number("mask", lo=0, hi=255, rounds=True)
@@ -17,7 +17,7 @@ _BITS = Number("mask", lo=0, hi=65535, rounds=True)
 
 
 def _idn(call: Call) -> Answer:
-    return f"macromicro,{call.session.instrument.settings.model},0,{macromicro.__version__}"
+    return f"macromicro,{call.session.instrument.settings.facts.model},0,{macromicro.__version__}"
 
 
 async def _rst(call: Call) -> Answer:
@@ -78,54 +78,19 @@ def _tst(call: Call) -> Answer:
 
 
 COMMON = (
-    Command("*IDN?", _idn, "Identification.", answer="maker, model, 0, version"),
-    Command(
-        "*RST",
-        _rst,
-        "Switch both stages off at once (disabled; a motion under way ends as stopped) and the "
-        "fan; reset soft limits, format and programme memory; gains stay (GAIN:DEFault).",
-        access=CONTROL,
-    ),
-    Command("*CLS", _cls, "Clear the error queue and all event registers; forget *OPC."),
-    Command("*ESE", _ese, "Enable bits of the standard event status register.", (_BYTE,)),
-    Command(
-        "*ESE?", lambda call: str(call.session.event_enable), "The enabled bits.", answer="mask"
-    ),
-    Command(
-        "*ESR?",
-        _esr,
-        "Standard event status register, which reading clears: 1 operation complete, "
-        "8 device, 16 execution, 32 command error, 128 connected.",
-        answer="mask",
-    ),
-    Command("*OPC", _opc, "Set bit 0 of *ESR? once this client's motions have ended."),
-    Command(
-        "*OPC?",
-        lambda call: "1",
-        "Answers once this client's motions have ended. A failed motion has queued an error by "
-        "then.",
-        answer="1",
-        waits=True,
-    ),
-    Command("*SRE", _sre, "Enable bits of the status byte for its bit 6.", (_BYTE,)),
-    Command(
-        "*SRE?", lambda call: str(call.session.service_enable), "The enabled bits.", answer="mask"
-    ),
-    Command(
-        "*STB?",
-        _stb,
-        "Status byte: 4 error queue, 8 questionable, 16 message, 32 standard event, "
-        "64 master summary, 128 operation.",
-        answer="mask",
-    ),
-    Command(
-        "*TST?",
-        _tst,
-        "Self-test; nothing moves. 0 passed; 1 no loop process, 2 it is silent, 4 a fault is "
-        "latched, 8 the last recording ended early.",
-        answer="sum of these",
-    ),
-    Command("*WAI", lambda call: None, "Wait until this client's motions have ended.", waits=True),
+    command("*IDN?", _idn),
+    command("*RST", _rst, access=CONTROL),
+    command("*CLS", _cls),
+    command("*ESE", _ese, (_BYTE,)),
+    command("*ESE?", lambda call: str(call.session.event_enable)),
+    command("*ESR?", _esr),
+    command("*OPC", _opc),
+    command("*OPC?", lambda call: "1", waits=True),
+    command("*SRE", _sre, (_BYTE,)),
+    command("*SRE?", lambda call: str(call.session.service_enable)),
+    command("*STB?", _stb),
+    command("*TST?", _tst),
+    command("*WAI", lambda call: None, waits=True),
 )
 
 
@@ -173,5 +138,5 @@ def _preset(call: Call) -> Answer:
 STATUS = (
     *_register("OPERation", "operation", "operation register"),
     *_register("QUEStionable", "questionable", "questionable register"),
-    Command("STATus:PRESet", _preset, "Enable nothing; every rising bit is an event."),
+    command("STATus:PRESet", _preset),
 )

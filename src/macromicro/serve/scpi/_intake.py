@@ -5,8 +5,7 @@ from collections.abc import AsyncIterator, Callable, Iterator
 
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.door._connection import BLOCK_LIMIT, LINE_LIMIT, STOP_COST, Bounds
-from macromicro.serve.scpi._header import Tree
-from macromicro.serve.scpi._message import Message, reading
+from macromicro.serve.scpi._message import Message, Tree, reading
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.tree import TREE
 

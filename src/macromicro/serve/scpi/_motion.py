@@ -9,10 +9,9 @@ from typing import Any
 from macromicro.control.live.messages import ALL, AXES, STAGES, Enable, Refused
 from macromicro.serve import unconfirmed
 from macromicro.serve.requests import POINTS, Field, RequestType, ends, of_axes, streamed
-from macromicro.serve.scpi._answers import number
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
 from macromicro.serve.scpi._session import Session
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, command, mnemonic, number
 from macromicro.serve.scpi.errors import ScpiError, quoted
 
 _ENDS = ("MINimum", "MAXimum")
@@ -164,14 +163,14 @@ def _outcome(call: Call) -> Answer:
 def _speeds(axes: tuple[str, ...] = AXES) -> Iterator[Command]:
     """The `SPEed` queries of each stage."""
     stages = of_axes(axes)["set speed"].fields[0].choices
-    for command, stage in zip(commands("set speed", axes=axes), stages, strict=True):
+    for each, stage in zip(commands("set speed", axes=axes), stages, strict=True):
 
         def act(call: Call, stage: str = stage) -> Answer:
             instrument = call.session.instrument
             return number(round(instrument.speed(stage) * instrument.place.per, 9))
 
         yield Command(
-            f"{command.header}?",
+            f"{each.header}?",
             act,
             f"Maximum speed of moves of the {_named(stage)}.",
             answer="speed mm/s; 9.91E37 if the law sets it",
@@ -194,46 +193,28 @@ def of_stages(axes: tuple[str, ...]) -> Iterator[Command]:
 
 COMMANDS = (
     *commands("move to"),
-    Command(
+    command(
         "MOVE[:ABSolute]?",
         _asked("whole", "m", lambda session: session.snapshot().target_m),
-        "Target of the whole positioner, or its limits.",
         (_WHICH,),
-        answer="position mm; 9.91E37 without a target, as after a stop",
     ),
     *commands("move by"),
     *commands("move macro"),
-    Command(
+    command(
         "MOVE:MACRo?",
         _asked("macro", "counts", lambda session: session.snapshot().macro_reference),
-        "Its set point, or its limits.",
         (_WHICH,),
-        answer="counts",
     ),
     *commands("move macro by"),
     *commands("move micro"),
-    Command(
+    command(
         "MOVE:MICRo?",
         _asked("micro", "m", lambda session: session.snapshot().micro_reference_m),
-        "Its set point, or its limits.",
         (_WHICH,),
-        answer="mm",
     ),
     *commands("move micro by"),
-    Command(
-        "MOVE:NUMBer?",
-        lambda call: str(call.session.snapshot().motion),
-        "The motion under way, whoever began it.",
-        answer="number, 0 for none",
-    ),
-    Command(
-        "MOVE:OUTCome?",
-        _outcome,
-        "How a motion ended.",
-        (Number("motion", lo=1, hi=1e9, whole=True),),
-        answer='"outcome", position mm, uncertainty mm, "evidence"; "unknown" if it has not '
-        "ended or does not exist",
-    ),
+    command("MOVE:NUMBer?", lambda call: str(call.session.snapshot().motion)),
+    command("MOVE:OUTCome?", _outcome, (Number("motion", lo=1, hi=1e9, whole=True),)),
     *commands("stop", stop),
     *commands("emergency", _abort),
     *commands("jog"),

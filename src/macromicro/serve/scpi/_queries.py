@@ -5,8 +5,17 @@ from collections.abc import Iterator
 
 from macromicro.control.live.messages import AXES
 from macromicro.serve import telling
-from macromicro.serve.scpi._answers import flag, number, numbers
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
+from macromicro.serve.scpi.command import (
+    Answer,
+    Call,
+    Command,
+    Handler,
+    command,
+    flag,
+    mnemonic,
+    number,
+    numbers,
+)
 from macromicro.serve.scpi.errors import quoted
 from macromicro.serve.telling import calibrations
 
@@ -44,21 +53,15 @@ def _trust(call: Call) -> Answer:
     return f"{flag(now.trusted)},{quoted(now.trust)}"
 
 
-def _stage_position(call: Call) -> Answer:
-    now = call.session.snapshot()
-    return number(now.macro_count if call.suffixes[0] == 1 else telling.millimetres(now.micro_m))
+def _of_stage(macro: str, micro: str) -> Handler:
+    """Query one stage by these fields of the snapshot; lengths are in mm."""
 
+    def act(call: Call) -> Answer:
+        field = macro if call.suffixes[0] == 1 else micro
+        value = getattr(call.session.snapshot(), field)
+        return number(telling.millimetres(value) if field.endswith("_m") else value)
 
-def _stage_target(call: Call) -> Answer:
-    now = call.session.snapshot()
-    return number(
-        now.macro_reference if call.suffixes[0] == 1 else telling.millimetres(now.micro_reference_m)
-    )
-
-
-def _stage_output(call: Call) -> Answer:
-    now = call.session.snapshot()
-    return number(now.motor_v if call.suffixes[0] == 1 else now.ctrl_v)
+    return act
 
 
 def _fault(call: Call) -> Answer:
@@ -102,90 +105,20 @@ def of_stages(axes: tuple[str, ...]) -> Iterator[Command]:
 
 
 COMMANDS = (
-    Command(
-        "MODE?",
-        lambda call: quoted(call.session.snapshot().mode),
-        "Mode of the machine.",
-        answer='"disabled", "homing", "ready", "moving-macro", "settling", "moving-micro", '
-        '"holding", "fault", "stopped"; "off" without a loop process',
-    ),
-    Command(
-        "POSition[:ABSolute]?",
-        _position,
-        "Position of the whole positioner, and its uncertainty.",
-        answer="position mm, uncertainty mm (half width), 1 if it is trusted else 0",
-    ),
-    Command(
-        "POSition:POINt?",
-        _point,
-        "Positions of all stages of a machine of several, in their order.",
-        answer="x mm, y mm, ..., 1 if all are trusted else 0; 9.91E37 without such stages",
-    ),
+    command("MODE?", lambda call: quoted(call.session.snapshot().mode)),
+    command("POSition[:ABSolute]?", _position),
+    command("POSition:POINt?", _point),
     *of_stages(AXES),
-    Command(
-        "POSition:TRUSt?",
-        _trust,
-        "Whether the position is trusted, and why.",
-        answer='1 or 0, "why"',
-    ),
-    Command(
-        f"{_STAGE}:POSition?",
-        _stage_position,
-        "Reading of one stage: 1 macro, 2 micro.",
-        answer="counts, or mm of contraction",
-    ),
-    Command(
-        f"{_STAGE}:TARGet?",
-        _stage_target,
-        "Set point of one stage.",
-        answer="counts, or mm of contraction",
-    ),
-    Command(f"{_STAGE}:OUTPut?", _stage_output, "Output to one stage.", answer="V at the D/A"),
-    Command(
-        "TEMPerature?",
-        lambda call: number(call.session.snapshot().temperature_c),
-        "Temperature of the wires, estimated from their control voltage.",
-        answer="deg C",
-    ),
-    Command(
-        "FAN?", lambda call: flag(call.session.snapshot().fan), "Is the fan on?", answer="1 or 0"
-    ),
-    Command(
-        "ENABle?",
-        lambda call: flag(call.session.snapshot().enabled),
-        "Is the positioner enabled?",
-        answer="1 or 0",
-    ),
-    Command(
-        "FAULt?",
-        _fault,
-        "The latched fault in words.",
-        answer='code, "name", "message", "evidence", "remedy"; code 0 for none',
-    ),
-    Command(
-        "LINes?",
-        _lines,
-        "Existing limit and home switches and drive lines.",
-        answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if '
-        'it is on or tripped else 0, for each; "",0 for none',
-    ),
-    Command(
-        "CALibration?",
-        _calibrations,
-        "The calibration of each calibrated stage: when it was measured, and its temperatures.",
-        answer='"stage", "date", mean, lowest and highest deg C, for each; "","",9.91E37,9.91E37,'
-        "9.91E37 for none",
-    ),
-    Command(
-        "DIAGnostic:PACE?",
-        _pace,
-        "How well the loop keeps its period.",
-        answer="periods, missed, share missed of late, greatest lateness us, longest work us",
-    ),
-    Command(
-        "DIAGnostic:ABORt?",
-        lambda call: number(call.session.snapshot().emergency_s * 1e3),
-        "Time from the last emergency stop until the outputs were safe.",
-        answer="ms",
-    ),
+    command("POSition:TRUSt?", _trust),
+    command(f"{_STAGE}:POSition?", _of_stage("macro_count", "micro_m")),
+    command(f"{_STAGE}:TARGet?", _of_stage("macro_reference", "micro_reference_m")),
+    command(f"{_STAGE}:OUTPut?", _of_stage("motor_v", "ctrl_v")),
+    command("TEMPerature?", lambda call: number(call.session.snapshot().temperature_c)),
+    command("FAN?", lambda call: flag(call.session.snapshot().fan)),
+    command("ENABle?", lambda call: flag(call.session.snapshot().enabled)),
+    command("FAULt?", _fault),
+    command("LINes?", _lines),
+    command("CALibration?", _calibrations),
+    command("DIAGnostic:PACE?", _pace),
+    command("DIAGnostic:ABORt?", lambda call: number(call.session.snapshot().emergency_s * 1e3)),
 )

@@ -28,13 +28,7 @@ _HARDWARE = (FAULTED, LIMIT, STALLED)
 class Session(Client):
     """State of one connection: its errors, status registers, format and programme memory."""
 
-    def __init__(
-        self,
-        instrument: Instrument,
-        name: str,
-        address: str = "127.0.0.1",
-        capacity: Capacity | None = None,
-    ) -> None:
+    def __init__(self, instrument: Instrument, name: str, address: str, capacity: Capacity) -> None:
         super().__init__(instrument, name, address, capacity)
         self.errors: ErrorQueue = ErrorQueue()
         self.events: int = POWER_ON  # standard event status register

@@ -1,29 +1,19 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
 from macromicro.schema.par import Entry, entries
 from macromicro.serve.requests import CONTROL, STOPS, TOKEN
-from macromicro.serve.scpi._answers import number, numbers
 from macromicro.serve.scpi._motion import commands, stop
 from macromicro.serve.scpi._parameters import NameOrBlock, Number, NumberOrText, Text, Word
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, command, number, numbers
 from macromicro.serve.scpi.errors import ScpiError, quoted
 
 _ENDS = ("MINimum", "MAXimum", "DEFault")
-# Limits: what they are called here and by the machine, unit, and in what it answers.
-_KINDS = (
-    ("ABSolute", "whole", "m", "mm"),
-    ("MACRo", "macro", "counts", "counts"),
-    ("MICRo", "micro", "m", "mm"),
-)
-_TEXTS = {
-    "whole": "Soft limits of the whole positioner: they bind MOVE[:ABSolute] and MOVE:RELative, "
-    "by which both stages move together.",
-    "macro": "Soft limits of the macro-stage for all its motions (moves of both stages, jogs, "
-    "programmes) but homing.",
-    "micro": "Soft limits of the micro-stage for all its motions.",
-}
+# Limits: what they are called here and by the machine, and their unit.
+_KINDS = (("ABSolute", "whole", "m"), ("MACRo", "macro", "counts"), ("MICRo", "micro", "m"))
 
 
 def _set_limits(kind: str) -> Handler:
@@ -53,30 +43,12 @@ def _limits(kind: str, unit: str) -> Handler:
     return act
 
 
-def _limit_commands() -> tuple[Command, ...]:
-    found: list[Command] = []
-    for node, kind, unit, words in _KINDS:
+def _limit_commands() -> Iterator[Command]:
+    for node, kind, unit in _KINDS:
         ends = (Number("low", unit, instead=_ENDS), Number("high", unit, instead=_ENDS))
-        found.append(
-            Command(
-                f"LIMit:{node}",
-                _set_limits(kind),
-                f"{_TEXTS[kind]} Within those at the machine's start, which the words stand for; "
-                "not while it moves.",
-                ends,
-                access=CONTROL,
-            )
-        )
-        found.append(
-            Command(
-                f"LIMit:{node}?",
-                _limits(kind, unit),
-                "The limits in force, or those at the machine's start.",
-                (Word("which", _ENDS, optional=True),),
-                answer=f"low {words}, high {words}; one of them for MINimum or MAXimum",
-            )
-        )
-    return tuple(found)
+        yield command(f"LIMit:{node}", _set_limits(kind), ends, access=CONTROL)
+        which = (Word("which", _ENDS, optional=True),)
+        yield command(f"LIMit:{node}?", _limits(kind, unit), which)
 
 
 async def _default_limits(call: Call) -> Answer:
@@ -170,51 +142,23 @@ _PATH = Text("name")
 COMMANDS = (
     *_limit_commands(),
     *commands("limits", _default_limits),
-    Command("GAIN:CATalog?", _gains, "All settings of the controller.", answer="names"),
-    Command(
-        "GAIN?",
-        _gain,
-        "A setting of the controller.",
-        (_PATH,),
-        answer="value in the unit of GAIN:BOUNds?",
-    ),
-    Command(
-        "GAIN:BOUNds?",
-        _bounds,
-        "Bounds of a setting.",
-        (_PATH,),
-        answer='lowest, highest, "unit", "meaning", "words that are accepted"',
-    ),
+    command("GAIN:CATalog?", _gains),
+    command("GAIN?", _gain, (_PATH,)),
+    command("GAIN:BOUNds?", _bounds, (_PATH,)),
     *commands("gains", _set_gain, (_PATH, NumberOrText("value"))),
-    Command(
-        "GAIN:DEFault",
-        _default_gains,
-        "Reset all settings of the controller to those at the machine's start.",
-        access=CONTROL,
-    ),
-    Command(
+    command("GAIN:DEFault", _default_gains, access=CONTROL),
+    command(
         "PROGram:CATalog?",
         lambda call: ",".join(quoted(name) for name in call.session.instrument.programmes()),
-        "Programmes that come with the machine.",
-        answer="names",
     ),
-    Command(
-        "PROGram:LOAD",
-        _load,
-        "Load a programme into this connection's memory: one of these, or TOML text as in "
-        "docs/running.md.",
-        (NameOrBlock("programme"),),
-        access=TOKEN,
-        cost=100,
-        blocks=True,
+    command(
+        "PROGram:LOAD", _load, (NameOrBlock("programme"),), access=TOKEN, cost=100, blocks=True
     ),
-    Command(
+    command(
         "PROGram:NAME?",
         lambda call: quoted(call.session.programme[0] if call.session.programme else ""),
-        "The loaded programme.",
-        answer='"name or title", "" for nothing',
     ),
     *commands("programme", _run),
-    Command("PROGram:STOP", stop, "The same as STOP.", access=STOPS),
-    Command("PROGram:STATe?", _state, "State of the programme.", answer="RUN or STOP"),
+    command("PROGram:STOP", stop, access=STOPS),
+    command("PROGram:STATe?", _state),
 )

@@ -5,9 +5,8 @@ import json
 from macromicro.control.live.messages import Refused
 from macromicro.serve import telling
 from macromicro.serve.requests import TOKEN
-from macromicro.serve.scpi._answers import block, number
 from macromicro.serve.scpi._parameters import Number, Text
-from macromicro.serve.scpi.command import Answer, Call, Command
+from macromicro.serve.scpi.command import Answer, Call, block, command, number
 from macromicro.serve.scpi.errors import ScpiError, quoted
 
 VERSION = "1999.0"
@@ -84,84 +83,18 @@ def _headers(call: Call) -> Answer:
 
 
 COMMANDS = (
-    Command(
-        "SYSTem:ERRor[:NEXT]?",
-        lambda call: call.session.errors.get().shown(),
-        "Take the oldest error out of this connection's queue.",
-        answer='number, "text"; 0, "No error" if there is none',
-    ),
-    Command(
-        "SYSTem:ERRor:ALL?",
-        _all_errors,
-        "Take all errors out of the queue.",
-        answer='number, "text", and so on',
-    ),
-    Command(
-        "SYSTem:ERRor:COUNt?",
-        lambda call: str(len(call.session.errors)),
-        "Errors in the queue.",
-        answer="number",
-    ),
-    Command("SYSTem:VERSion?", lambda call: VERSION, "Version of SCPI.", answer=VERSION),
-    Command(
-        "SYSTem:HELP:HEADers?",
-        _headers,
-        "The headers of all commands, with /qonly/ for a query without a command and /nquery/ for "
-        "a command without a query.",
-        answer="block of text, a line each",
-        cost=5,
-    ),
-    Command(
-        "SYSTem:AUTHenticate",
-        _authenticate,
-        "Give the token, if the server requires one. A wrong token costs a second; after five "
-        "within a minute, over all connections and the page, the address is blocked and the "
-        "connection ends.",
-        (Text("token", 200),),
-        cost=20,
-    ),
-    Command(
-        "SYSTem:LOCK:REQuest?",
-        _request,
-        "Request control, which one client at a time holds.",
-        answer="1, or 0 if another client holds it",
-        access=TOKEN,
-    ),
-    Command(
-        "SYSTem:LOCK:RELease",
-        _release,
-        "Give control back. A jog ends; any other motion continues to its end.",
-        access=TOKEN,
-    ),
-    Command(
-        "SYSTem:LOCK:OWNer?",
-        lambda call: quoted(call.session.snapshot().holder),
-        "Who holds control.",
-        answer='"client", or "" for none',
-    ),
-    Command(
-        "SYSTem:LOCK:WATChdog",
-        _watchdog,
-        "Silence after which this client counts as lost although connected; 0 for never. It is not "
-        "counted while *OPC? or *WAI wait, and is serve.client_timeout longer while commands are "
-        "pending.",
-        (Number("time", "s", lo=0, hi=3600),),
-    ),
-    Command(
-        "SYSTem:LOCK:WATChdog?", lambda call: number(call.session.watchdog), "The time.", answer="s"
-    ),
-    Command(
-        "SYSTem:CLIent?",
-        lambda call: quoted(call.session.name),
-        "The name under which this connection is known.",
-        answer='"client"',
-    ),
-    Command(
-        "EVENt[:NEXT]?",
-        _event,
-        "The oldest unread event since this client connected.",
-        answer='number, time s, "kind", "from mode", "to mode", "cause", "evidence" (JSON); '
-        "number 0 if there is none",
-    ),
-    Command("EVENt:COUNt?", _events, "Events not read yet.", answer="number"),
+    command("SYSTem:ERRor[:NEXT]?", lambda call: call.session.errors.get().shown()),
+    command("SYSTem:ERRor:ALL?", _all_errors),
+    command("SYSTem:ERRor:COUNt?", lambda call: str(len(call.session.errors))),
+    command("SYSTem:VERSion?", lambda call: VERSION),
+    command("SYSTem:HELP:HEADers?", _headers, cost=5),
+    command("SYSTem:AUTHenticate", _authenticate, (Text("token", 200),), cost=20),
+    command("SYSTem:LOCK:REQuest?", _request, access=TOKEN),
+    command("SYSTem:LOCK:RELease", _release, access=TOKEN),
+    command("SYSTem:LOCK:OWNer?", lambda call: quoted(call.session.snapshot().holder)),
+    command("SYSTem:LOCK:WATChdog", _watchdog, (Number("time", "s", lo=0, hi=3600),)),
+    command("SYSTem:LOCK:WATChdog?", lambda call: number(call.session.watchdog)),
+    command("SYSTem:CLIent?", lambda call: quoted(call.session.name)),
+    command("EVENt[:NEXT]?", _event),
+    command("EVENt:COUNt?", _events),
 )

@@ -1,19 +1,23 @@
+"""Telemetry in SCPI: its format, waveforms, recordings and triggered captures."""
+
 from __future__ import annotations
 
 import re
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import MacromicroError
+from macromicro.serve.capturing import MOST_SIGNALS, SLOPES, TRIGGERS, Captured
 from macromicro.serve.requests import CONTROL
-from macromicro.serve.scpi._answers import block, flag, number
-from macromicro.serve.scpi._parameters import Flag, Number, Text, Word
+from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Text, Word
 from macromicro.serve.scpi._session import Session
-from macromicro.serve.scpi.command import Answer, Call, Command
+from macromicro.serve.scpi.command import Answer, Call, Command, block, command, flag, number
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.shared import RING_S
 
@@ -100,72 +104,139 @@ def _recording(call: Call) -> Answer:
     return f"{flag(state.active)},{state.rows},{state.lost},{quoted(state.error)}"
 
 
-COMMANDS = (
-    Command(
+_SOURCES = dict(zip(("NOW", "EDGE", "LEV", "BEG", "END", "FAUL", "LIM"), TRIGGERS, strict=True))
+_SLOPES = dict(zip(("POS", "NEG", "EITH"), SLOPES, strict=True))
+
+
+def _setting(
+    header: str,
+    field: str,
+    parameter: Parameter,
+    words: dict[str, str] | None = None,
+    formatted: Callable[[Any], str] = number,
+) -> Iterator[Command]:
+    """A setting of the trigger or of the capture, and its query."""
+    trigger = header.startswith("TRIGger")
+
+    def put(call: Call) -> Answer:
+        value = words[call.values[0]] if words else call.values[0]
+        wanted = call.session.wanted
+        change: dict[str, Any] = {field: value}
+        if trigger:
+            change = {"trigger": wanted.trigger._replace(**change)}
+        call.session.wanted = wanted._replace(**change)
+        return None
+
+    def get(call: Call) -> Answer:
+        wanted = call.session.wanted
+        value = getattr(wanted.trigger if trigger else wanted, field)
+        if words:
+            return next(word for word, meant in words.items() if meant == value)
+        return formatted(value)
+
+    yield command(header, put, (parameter,))
+    yield command(f"{header}?", get)
+
+
+def _signals(call: Call) -> Answer:
+    names = tuple(name.strip() for name in call.values[0].split(","))
+    call.session.wanted = call.session.wanted._replace(signals=names)
+    return None
+
+
+def _start(call: Call) -> Answer:
+    session = call.session
+    session.station.captures.begin(session.name, session.wanted)
+    return None
+
+
+def _stop(call: Call) -> Answer:
+    call.session.station.captures.end(call.session.name)
+    return None
+
+
+def _state(call: Call) -> Answer:
+    capture = call.session.station.captures.of(call.session.name)
+    return "STOP,0" if capture is None else f"{capture.state[:4].upper()},{capture.number}"
+
+
+def _captured(call: Call) -> Captured:
+    capture = call.session.station.captures.of(call.session.name)
+    if capture is None or capture.captured is None:
+        raise ScpiError(-221, "nothing is captured yet; CAPTure:STARt, CAPTure:STATe?")
+    return capture.captured
+
+
+def _captured_data(call: Call) -> Answer:
+    found, name = _captured(call), call.values[0].lower()
+    if name not in found.names:
+        raise ScpiError(-224, f"{name[:40]}; accepted: {', '.join(found.names)}")
+    return shown(call.session, found.values[found.names.index(name)])
+
+
+def _at(call: Call) -> Answer:
+    return number(_captured(call).time)
+
+
+def _units(call: Call) -> Answer:
+    return ",".join(map(quoted, _captured(call).units))
+
+
+WAVEFORMS = (
+    command(
         "FORMat[:DATA]",
         _format,
-        "How WAVeform:DATA? answers: numbers as text, or a binary block.",
         (Word("type", ("ASCii", "REAL")), Number("length", lo=0, hi=64, whole=True, optional=True)),
     ),
-    Command("FORMat[:DATA]?", _asked_format, "The format.", answer="ASC,0 or REAL,32 or REAL,64"),
-    Command(
-        "FORMat:BORDer",
-        _border,
-        "Order of a binary number's bytes: most significant first (NORMal) or last.",
-        (Word("order", ("NORMal", "SWAPped")),),
-    ),
-    Command(
-        "FORMat:BORDer?",
-        lambda call: "SWAP" if call.session.swapped else "NORM",
-        "The order.",
-        answer="NORM or SWAP",
-    ),
-    Command(
-        "WAVeform:CATalog?",
-        lambda call: ",".join(quoted(c.name) for c in _columns(call)),
-        "Columns of the telemetry.",
-        answer="names",
-    ),
-    Command(
-        "WAVeform:UNITs?",
-        lambda call: ",".join(quoted(c.unit) for c in _columns(call)),
-        "Units of these columns.",
-        answer="units",
-    ),
-    Command(
-        "WAVeform:INTerval?",
-        lambda call: number(call.session.instrument.period),
-        "Time between two values.",
-        answer="s",
-    ),
-    Command(
+    command("FORMat[:DATA]?", _asked_format),
+    command("FORMat:BORDer", _border, (Word("order", ("NORMal", "SWAPped")),)),
+    command("FORMat:BORDer?", lambda call: "SWAP" if call.session.swapped else "NORM"),
+    command("WAVeform:CATalog?", lambda call: ",".join(quoted(c.name) for c in _columns(call))),
+    command("WAVeform:UNITs?", lambda call: ",".join(quoted(c.unit) for c in _columns(call))),
+    command("WAVeform:INTerval?", lambda call: number(call.session.instrument.period)),
+    command(
         "WAVeform:DATA?",
         _data,
-        "The last seconds of one column, the newest value last.",
         (Text("column", 40, bare=True), Number("duration", "s", 0.0, RING_S)),
-        answer="numbers, or a block of given length, as FORMat says",
         cost=50,
         blocks=True,
     ),
-    Command(
+    command(
         "RECord[:STATe]",
         _record,
-        "Begin a recording of the telemetry into a file of the server's folder (by default "
-        "named by date and time), or end it.",
         (Flag("state"), Text("name", optional=True)),
         access=CONTROL,
         blocks=True,
     ),
+    command("RECord[:STATe]?", _recording),
+    command("RECord:NAME?", lambda call: quoted(Path(call.session.snapshot().recording.path).name)),
+)
+CAPTURES = (
     Command(
-        "RECord[:STATe]?",
-        _recording,
-        "The recording under way, or the last one.",
-        answer='1 while it is written else 0, rows in the file, rows lost, "why it ended early"',
+        "CAPTure:SIGNals",
+        _signals,
+        f"Columns to capture: 1 to {MOST_SIGNALS} names of WAVeform:CATalog?, separated by commas.",
+        (Text("names", 400),),
     ),
-    Command(
-        "RECord:NAME?",
-        lambda call: quoted(Path(call.session.snapshot().recording.path).name),
-        "File name of the recording.",
-        answer='"name", "" before the first',
+    command("CAPTure:SIGNals?", lambda call: quoted(",".join(call.session.wanted.signals))),
+    *_setting("CAPTure:BEFore", "before", Number("duration", "s", 0.0, 1e3)),
+    *_setting("CAPTure:AFTer", "after", Number("duration", "s", 0.0, 1e3)),
+    *_setting("CAPTure:REPeat", "repeat", Flag("state"), formatted=flag),
+    *_setting(
+        "TRIGger:SOURce",
+        "kind",
+        Word("source", ("NOW", "EDGE", "LEVel", "BEGin", "END", "FAULt", "LIMit")),
+        words=_SOURCES,
     ),
+    *_setting("TRIGger:SIGNal", "signal", Text("name", 40, bare=True), formatted=quoted),
+    *_setting(
+        "TRIGger:SLOPe", "slope", Word("slope", ("POSitive", "NEGative", "EITHer")), words=_SLOPES
+    ),
+    *_setting("TRIGger:LEVel", "threshold", Number("threshold")),
+    command("CAPTure:STARt", _start, cost=20),
+    command("CAPTure:STOP", _stop),
+    command("CAPTure:STATe?", _state),
+    command("CAPTure:DATA?", _captured_data, (Text("name", 40, bare=True),), cost=50),
+    command("CAPTure:UNITs?", _units),
+    command("CAPTure:TIME?", _at),
 )

@@ -2,48 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections import deque
+from pathlib import Path
 from typing import NamedTuple
 
-TEXTS = {
-    0: "No error",
-    -100: "Command error",
-    -101: "Invalid character",
-    -102: "Syntax error",
-    -103: "Invalid separator",
-    -104: "Data type error",
-    -108: "Parameter not allowed",
-    -109: "Missing parameter",
-    -112: "Program mnemonic too long",
-    -113: "Undefined header",
-    -114: "Header suffix out of range",
-    -121: "Invalid character in number",
-    -123: "Exponent too large",
-    -124: "Too many digits",
-    -131: "Invalid suffix",
-    -134: "Suffix too long",
-    -138: "Suffix not allowed",
-    -144: "Character data too long",
-    -151: "Invalid string data",
-    -161: "Invalid block data",
-    -178: "Expression data not allowed",
-    -200: "Execution error",
-    -203: "Command protected",
-    -221: "Settings conflict",
-    -222: "Data out of range",
-    -223: "Too much data",
-    -224: "Illegal parameter value",
-    -240: "Hardware error",
-    -241: "Hardware missing",
-    -250: "Mass storage error",
-    -256: "File name not found",
-    -257: "File name error",
-    -282: "Illegal program name",
-    -285: "Program syntax error",
-    -310: "System error",
-    -350: "Queue overflow",
-    -363: "Input buffer overrun",
-}
+_TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+TEXTS: dict[int, str] = {int(number): text for number, text in _TABLE.items()}
 LONGEST = 255  # of description and detail together (21.8.1)
 QUEUE = 32
 
@@ -85,13 +50,12 @@ def event_bit(number: int) -> int:
 class ErrorQueue:
     """First in, first out; the last entry of a full queue becomes -350 (21.8.1)."""
 
-    def __init__(self, size: int = QUEUE) -> None:
-        self._size = size
+    def __init__(self) -> None:
         self._entries: deque[Entry] = deque()
 
     def put(self, error: ScpiError) -> int:
         """Append an error; the number queued, -350 on overflow."""
-        if len(self._entries) >= self._size:
+        if len(self._entries) >= QUEUE:
             self._entries[-1] = Entry(-350, TEXTS[-350])
             return -350
         detail = f";{error.detail}" if error.detail else ""

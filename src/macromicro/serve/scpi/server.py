@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from macromicro.errors import InputError, MacromicroError
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Entry
-from macromicro.serve.door import _server as door
+from macromicro.serve.door import _connection as door
 from macromicro.serve.door._connection import Bounds, Connection, SocketMonitor
 from macromicro.serve.door._first_line import Grammar
 from macromicro.serve.hosts import HOST, Token

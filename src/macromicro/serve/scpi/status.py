@@ -9,24 +9,6 @@ from macromicro.serve.snapshot import OFF, Snapshot
 
 ERRORS, QUESTIONABLE, MESSAGE, EVENT, MASTER, OPERATION = 4, 8, 16, 32, 64, 128
 
-OPERATION_BITS = {
-    1: "settling: the wait between the macro- and the micro-stage",
-    8: "macro-stage moving",
-    9: "micro-stage moving",
-    10: "homing",
-    11: "holding: the micro-stage is under control",
-    12: "recording",
-    13: "enabled",
-}
-QUESTIONABLE_BITS = {
-    2: "time: too many control periods were missed, or the rig's clock is wrong (fault)",
-    4: "temperature: actuator too hot, heated without motion or for too long (fault)",
-    8: "calibration: the position is not trusted; home",
-    9: "macro-stage, or a stage of another machine: its motion, sensor, switches or drive (fault)",
-    10: "micro-stage: its motion or its Hall sensor (fault)",
-    11: "a fault is latched; FAULt? describes it",
-    12: "the loop process does not run, or has reported nothing for a second",
-}
 _MODES = {
     "settling": 1 << 1,
     "moving-macro": 1 << 8,
@@ -35,23 +17,16 @@ _MODES = {
     "holding": 1 << 11,
 }
 _TIME, _TEMPERATURE, _STAGE, _MICRO = 2, 4, 9, 10
+_STAGES = (
+    *(codes.MACRO_LOST, codes.STUCK, faults.LOST_COUNTS),
+    *(codes.ENCODER_SILENT, codes.ENCODER_JUMP, codes.ENCODER_AGAINST),
+)
+_HALL = codes.HALL_SILENT, codes.HALL_FROZEN, codes.HALL_RANGE, codes.HALL_NOISY
 _FAULTS = {
-    codes.MACRO_LOST: _STAGE,
-    codes.ENCODER_SILENT: _STAGE,
-    codes.ENCODER_JUMP: _STAGE,
-    codes.ENCODER_AGAINST: _STAGE,
-    codes.STUCK: _STAGE,
-    faults.LOST_COUNTS: _STAGE,
-    codes.MICRO_LOST: _MICRO,
-    codes.HALL_SILENT: _MICRO,
-    codes.HALL_FROZEN: _MICRO,
-    codes.HALL_RANGE: _MICRO,
-    codes.HALL_NOISY: _MICRO,
-    codes.TOO_HOT: _TEMPERATURE,
-    codes.NO_MOTION: _TEMPERATURE,
-    codes.CLOCK: _TIME,
-    codes.CLOCK_STANDS: _TIME,
-    faults.LATE: _TIME,
+    **dict.fromkeys(_STAGES, _STAGE),
+    **dict.fromkeys((codes.MICRO_LOST, *_HALL), _MICRO),
+    **dict.fromkeys((codes.TOO_HOT, codes.NO_MOTION), _TEMPERATURE),
+    **dict.fromkeys((codes.CLOCK, codes.CLOCK_STANDS, faults.LATE), _TIME),
 }
 _OTHERS = {guard_words.HOT: _TEMPERATURE, guard_words.CLOCK: _TIME, guard_words.ILLEGAL: None}
 

@@ -7,8 +7,8 @@ from functools import cache
 from macromicro.control.live.messages import AXES
 from macromicro.place import ANGLE, Place
 from macromicro.serve.requests import REQUESTS
-from macromicro.serve.scpi import _capture, _common, _motion, _queries, _setting, _system, _waveform
-from macromicro.serve.scpi._header import Tree
+from macromicro.serve.scpi import _common, _motion, _queries, _setting, _system, _waveform
+from macromicro.serve.scpi._message import Tree
 from macromicro.serve.scpi._parameters import Number, Parameter
 from macromicro.serve.scpi.command import Command
 
@@ -18,8 +18,8 @@ _LISTED: tuple[Command, ...] = (
     *_motion.COMMANDS,
     *_queries.COMMANDS,
     *_setting.COMMANDS,
-    *_waveform.COMMANDS,
-    *_capture.COMMANDS,
+    *_waveform.WAVEFORMS,
+    *_waveform.CAPTURES,
     *_common.STATUS,
 )
 _HEADERS = {command.header for command in _LISTED}

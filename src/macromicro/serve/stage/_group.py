@@ -21,7 +21,7 @@ from macromicro.schema.par import finite
 from macromicro.serve._machine import Point, StageView, View
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage._machine import Led
-from macromicro.serve.stage._together import Together
+from macromicro.serve.stage._playing import Together
 from macromicro.types import SAFE, Command, Outputs, Sample
 
 # The mode of all is the first of these that a stage is in; that of rest is the last motion's.

@@ -11,7 +11,7 @@ from macromicro.control.live.leading import Course, Guide, Guided
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import shown
-from macromicro.control.live.state import Followed, LiveState, Motion, Played
+from macromicro.control.live.state import LiveState, Played
 from macromicro.control.live.surveying import Surveying
 from macromicro.machines import correcting
 from macromicro.machines import tree as trees
@@ -20,10 +20,10 @@ from macromicro.place import Place
 from macromicro.serve._machine import View
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
-from macromicro.serve.stage import _following, _playing
+from macromicro.serve.stage import _playing
 from macromicro.types import QUIET, SAFE, Command, Lines, Outputs, Sample
 
-_WORKS = {**guided.WORKS, Played: _playing.step, Followed: _following.step}
+_WORKS = {**guided.WORKS, Played: _playing.step}
 _ABSOLUTE = Refused(
     "this machine's place is known: by an absolute sensor, or from where it was switched on",
     "move it",
@@ -229,14 +229,10 @@ class Led(Live):
         )
 
     def _programme(self, request: m.Programme) -> Answer:
-        s, plan = self._s, request.plan
+        s, plan, q = self._s, request.plan, self._p.settings
         refused = accept.unready(self._p, s, False)
-
-        def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-            return _playing.start(s, motion, plan)
-
-        found = refused or _playing.motion(s, plan, self._p.settings.pitch, self._p.settings.place)
-        return accept.begin(self._p, s, found, start)
+        found = refused or _playing.motion(s, plan, q.pitch, q.place)
+        return accept.begin(self._p, s, found, lambda s, motion: _playing.start(s, motion, plan))
 
     def _zeroed(self, request: m.Home) -> Answer:
         """The zero where the stage is, which cannot home."""

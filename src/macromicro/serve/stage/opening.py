@@ -5,18 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from macromicro.control.live.messages import (
-    ClearFault,
-    Disable,
-    EmergencyStop,
-    Enable,
-    Home,
-    Jog,
-    MovePoint,
-    MoveTo,
-    Programme,
-    Stop,
-)
+from macromicro.control.live import messages as m
 from macromicro.errors import ProblemError
 from macromicro.machines import guarding, lines, on_rig
 from macromicro.machines import rig as machine_rig
@@ -28,13 +17,12 @@ from macromicro.rig.twin import VirtualClock
 from macromicro.serve._launching import Spec
 from macromicro.serve._machine import Opened
 from macromicro.serve._programmes import USUAL
-from macromicro.serve.choosing import AnySettings
+from macromicro.serve.settings import AnySettings, StageSettings
 from macromicro.serve.stage import guide
 from macromicro.serve.stage._group import StageGroup
 from macromicro.serve.stage._machine import Led
-from macromicro.serve.stage._together import Together
+from macromicro.serve.stage._playing import Together
 from macromicro.serve.stage.rig import Guarded, Real, Simulated
-from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.warming import rehearse
 from macromicro.types import ENABLE, QUIET
 
@@ -46,20 +34,20 @@ def _requests(settings: StageSettings) -> Iterator[tuple[Any, int]]:
     ends = {name: own.limits for name, own in settings.axes or (("macro", settings.live),)}
     middle = {name: 0.5 * (end.whole_low + end.whole_high) for name, end in ends.items()}
     first = next(iter(middle))
-    yield Stop(), 2  # nothing is enabled before the first sample, which is seen behind it
-    yield Enable(), 10
+    yield m.Stop(), 2  # nothing is enabled before the first sample, which is seen behind it
+    yield m.Enable(), 10
     # First: homing takes the trust, and then moves are refused.
-    yield MovePoint(middle) if settings.axes else MoveTo(middle[first]), 40
-    yield Stop(), REST
+    yield m.MovePoint(middle) if settings.axes else m.MoveTo(middle[first]), 40
+    yield m.Stop(), REST
     if settings.axes:
-        yield Programme(settings.programmes.named(USUAL, settings.live.limits).plan), 40
-        yield Stop(), REST
-    yield Jog(first, settings.live.jogging.slow), 40
-    yield Jog(first, 0.0), REST
-    yield Home(), 40
-    yield EmergencyStop(), 10
-    yield ClearFault(), 10
-    yield Disable(), 10
+        yield m.Programme(settings.programmes.named(USUAL, settings.live.limits).plan), 40
+        yield m.Stop(), REST
+    yield m.Jog(first, settings.live.jogging.slow), 40
+    yield m.Jog(first, 0.0), REST
+    yield m.Home(), 40
+    yield m.EmergencyStop(), 10
+    yield m.ClearFault(), 10
+    yield m.Disable(), 10
 
 
 class Like(machine_rig.Twin):

@@ -53,19 +53,7 @@ def _whole(count: float) -> float:
 MISSED = "the position sensor failed while a fault was latched"
 
 
-class Entered:
-    """A simulated rig that stops whenever it is left."""
-
-    def stop(self) -> None: ...
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
-
-class Simulated(Entered):
+class Simulated:
     """The simulated stages of a machine."""
 
     def __init__(self, machine: AnyMachine, tree: Any, pitches: Sequence[float], seed: int) -> None:
@@ -122,6 +110,12 @@ class Simulated(Entered):
 
     def stop(self) -> None:
         self.control.efforts = [0.0 for _ in self.kinds]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
 
 def _channels(machine: AnyMachine, only: tuple[str, ...]) -> tuple[str, ...]:
@@ -299,11 +293,7 @@ class Guarded:
 
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault, and whether counts may have been missed."""
-        evidence = self.evidence()
-        if self._axes:
-            found = faults.of_axis(*evidence, self._axes)
-        else:
-            found = faults.of_stage(*evidence, self._control.places[0])
+        found = faults.described(*self.evidence(), self._control.places[0], self._axes)
         return found, guarding.blind(self._control.watch)
 
     def renew(self) -> None:

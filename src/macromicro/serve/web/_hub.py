@@ -109,7 +109,9 @@ class Hub:
 
     def now(self) -> dict[str, Any]:
         now = self.station.snapshot()
-        return _reporting.state(now, self.settings.live, self.station.stages, self.settings.limited)
+        return _reporting.state(
+            now, self.settings.live, self.station.stages, self.settings.facts.limited
+        )
 
     def as_toml(self) -> str:
         """A file for `--config` with the gains and soft limits in force."""
@@ -185,18 +187,18 @@ class Context:
         self.orders = Orders(self.instrument)
         self.recordings = Downloads(station, folder)
         law, shown = station.settings.law_columns, bins.plots(station.settings)
-        two = isinstance(station.settings, LiveSettings)
+        facts, two = station.settings.facts, isinstance(station.settings, LiveSettings)
         self.about: dict[str, Any] = {
             "version": __version__,
             "rig": station.rig,
-            "model": "" if two else station.settings.model,
+            "model": "" if two else facts.model,
             "open": token.open,
             "stages": list(station.stages),
-            "names": station.settings.names,
-            "efforts": station.settings.efforts,
+            "names": facts.names,
+            "efforts": facts.efforts,
             "axes": _reporting.axes(station.settings),
             "calibrations": calibrations(station.settings),
-            "plane": station.settings.plane,
+            "plane": facts.plane,
             "limits": _reporting.limits(station.settings),
             "units": list(units(station.settings.live.place)),
             "programmes": list(self.instrument.programmes()),

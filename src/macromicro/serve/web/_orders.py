@@ -182,7 +182,7 @@ class Orders:
     def _limits(self, order: dict[str, Any]) -> m.Request:
         """New soft limits by name, as in `telling.limits`; null for the machine's own."""
         settings = self._instrument.settings
-        names = telling.limit_names(settings.limited)
+        names = telling.limit_names(settings.facts.limited)
         values = order.get("values", ())
         if values is None:
             return m.SetLimits(None)

@@ -14,8 +14,8 @@ from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries
 from macromicro.schema.text import plain
 from macromicro.serve import telling
-from macromicro.serve.choosing import AnySettings
 from macromicro.serve.requests import CONTROL, REQUESTS
+from macromicro.serve.settings import AnySettings
 from macromicro.serve.snapshot import Snapshot
 from macromicro.units import size
 
@@ -119,7 +119,7 @@ def limits(settings: AnySettings) -> dict[str, Any]:
     live, place = settings.live, settings.live.place
     travel = place.per * (live.limits.whole_high - live.limits.whole_low)
     return {
-        **telling.limits(live.limits, settings.limited),
+        **telling.limits(live.limits, settings.facts.limited),
         "pitch": live.pitch,
         "unit": place.fine if travel < SHORT else place.unit,
         "units": {place.unit: size(place.unit), place.fine: size(place.fine)},

@@ -20,7 +20,7 @@ from macromicro.place import LENGTH, Place
 from macromicro.serve.shared import RING_S
 
 if TYPE_CHECKING:
-    from macromicro.serve.choosing import AnySettings
+    from macromicro.serve.settings import AnySettings
 
 CHANNELS = (
     "macro reference",  # mm, homed frame; of a machine that turns, this and all places deg

@@ -1,4 +1,4 @@
-"""Jogs."""
+"""Jogs of the two-stage machine; what follows set points is in `test_follow`."""
 
 from __future__ import annotations
 
