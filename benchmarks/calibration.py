@@ -71,7 +71,7 @@ def body_sensitivity(resistances: tuple[float, ...] = BODIES) -> list[BodyLine]:
         single = integrated_runs.thesis_input(settings)
         warm = on_twin(single.repeated(integrated_runs.CYCLES), settings)
         found = integrated_runs.IntegratedRuns(settings, single, warm, warm, warm)
-        cycles = integrated_runs.cycled(found, warm).cycles
+        cycles = integrated_runs.cycle_bias(found, warm).cycles
         first, last = cycles[0].extension_s or np.nan, cycles[-1].extension_s or np.nan
         growth, bias = 100.0 * (last / first - 1.0), cycles[-1].bias_um or np.nan
         lines.append(BodyLine(value, fit, growth, bias))

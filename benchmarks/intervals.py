@@ -200,7 +200,7 @@ def turned(kind: str, seed: int) -> Estimates:
     fit = identify.drive(t, u, x, structure="coulomb", eccentric=True)
     truth = np.array([*(getattr(axis, n) for n in AXIS_NAMES), size, hangs])
     for name, found in (("inverse dynamics", fit.inverse), ("output error", fit.refined)):
-        values, std = eccentric.told(found)
+        values, std = eccentric.gravity_terms(found)
         values[1] = hangs + math.remainder(values[1] - hangs, 2.0 * math.pi)
         each = np.r_[found.values[: len(AXIS_NAMES)], values]
         errors = np.r_[found.std[: len(AXIS_NAMES)], std]

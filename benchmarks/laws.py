@@ -70,7 +70,7 @@ def replay(name: str, fine: bool) -> tuple[Callable[[], float], int]:
     places = np.ascontiguousarray(1e-3 * run["hall_position"][busy], dtype=float)
 
     def once() -> float:
-        kept = micro.begun(p.fine)  # a law may change its memory in place
+        kept = micro.begin(p.fine)  # a law may change its memory in place
         return float(compiled(refined)(p.micro, p.fine, kept, aims, places, PERIOD))
 
     return once, len(aims)

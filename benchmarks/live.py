@@ -42,7 +42,7 @@ class Moving:
     """The loop without its waiting: homed, it moves to and fro."""
 
     def __init__(self) -> None:
-        settings, table = LiveSettings(), calibration.shipped()
+        settings, table = LiveSettings(), calibration.default_calibration()
         serve = settings.serve._replace(parent_timeout=math.inf)  # there is no serving process
         twin = CompiledTwin(bench.prepare(settings.bench, settings.sensors), 0)
         self._rig = CompiledGuarded(twin, guard.prepare(settings.guard, table), PERIOD)

@@ -150,7 +150,7 @@ def macro_in_c() -> float | None:
     plant = bench.prepare(settings.bench, settings.sensors)
     p, start, steps = plant.macro, carriage.at_rest(0.05), plant.macro_steps
     entry = Entry("run", _macro, (p, start, DRIVE, HALF, TICKS, steps))
-    written = files.written(Unit("macro_tick", "ticks", (entry,), {"p": p, "s": start}))
+    written = files.write_unit(Unit("macro_tick", "ticks", (entry,), {"p": p, "s": start}))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "macro_tick.h").write_text(written.header)

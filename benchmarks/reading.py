@@ -71,13 +71,13 @@ def written(path: Path, rows: int) -> None:
 
 
 def one(path: Path) -> dict[str, float]:
-    from macromicro.files.reading import read
+    from macromicro.files.reading import read_table
     from macromicro.identify import drive
     from macromicro.identify.kinds.drive import ROLES
     from macromicro.identify.picking import pick
 
     before, begin = peak(), time.perf_counter()
-    values = pick(read(path), ROLES, {}).values
+    values = pick(read_table(path), ROLES, {}).values
     taken, memory = time.perf_counter() - begin, peak() - before
     numbers = sum(column.nbytes for column in values.values())
     begin = time.perf_counter()

@@ -104,7 +104,7 @@ def _tried(
     found = _commissioned(kind, tree, seed)
     unmet = ""
     if not found.verified.met:
-        there = results.arrived(found.verified.moves)
+        there = results.count_arrived(found.verified.moves)
         unmet = found.verified.fault or f"{there} of {found.verified.asked} moves arrived"
     errors = compared(kind.estimates(found.model), truth(tree, found))
     return {"errors": errors, "unmet": unmet}

@@ -81,7 +81,7 @@ def eccentric(random: np.random.Generator) -> dict[str, Any]:
 
 def hung(tree: Any, found: Commissioned) -> dict[str, float]:
     """As that of an axis, with gravity; where it hangs from the low end that was found."""
-    most, hangs = sheets.unbalanced(tree)
+    most, hangs = sheets.eccentric_load(tree)
     return {
         **commissioning_axis.truth(tree, found),
         "unbalance": sheets.per_newton(tree) * most,

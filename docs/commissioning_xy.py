@@ -64,7 +64,7 @@ def tried(text: str, seed: int) -> commissioning.Tried:
         errors |= {f"{name}.{path}": error for path, error in about.items()}
     unmet = ""
     if not found.met:
-        there = results.arrived(found.moves)
+        there = results.count_arrived(found.moves)
         alone = [n for n, each in zip(AXES, found.axes, strict=True) if not each.verified.met]
         unmet = found.fault or f"{there} of {len(found.plan.legs)} moves of both arrived" + (
             f"; not verified alone: {', '.join(alone)}" if alone else ""

@@ -106,12 +106,12 @@ def bands(claims: list[Claim]) -> str:
     rows = []
     for c in claims:
         own = c.accept and not c.of
-        accepted = claim_text.with_unit(claim_text.accepted(c), c.unit if own else "")
+        accepted = claim_text.with_unit(claim_text.accepted_text(c), c.unit if own else "")
         rule = [f"band of: {c.of}"] if c.of else []
         rule += [" ".join(c.rule.split())] if c.rule else []
         cells = (
             *(f"`--only {c.id}`", " ".join(c.claim.split())),
-            claim_text.with_unit(claim_text.printed(c), "" if c.printed is None else c.unit),
+            claim_text.with_unit(claim_text.printed_text(c), "" if c.printed is None else c.unit),
             *(accepted, measured_text(c), c.verdict, c.kind, "; ".join(rule)),
         )
         rows.append([cell.replace("|", "/") for cell in cells])

@@ -21,7 +21,7 @@ from beyond import GROUPS, Quantity
 
 from macromicro import api
 from macromicro.design import limits
-from macromicro.drawing.files import encoded
+from macromicro.drawing.files import encode
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new
 from macromicro.identify import carriage
 from macromicro.plant import bench
@@ -72,7 +72,7 @@ def identified(settings: Settings, seed: int) -> carriage.CarriageFit:
     volts = strokes.efforts(settings.bench.amplifier.full_scale)
     records = []
     for k, start in enumerate((700.0, 1120.0)):
-        r = strokes.stroked(plant, volts, start, seed + k)
+        r = strokes.stroke(plant, volts, start, seed + k)
         records.append((r["t"], r["motor"], r["macro_position"], r["laser"] * 1e-6))
     x, y = records[0][2], records[0][3]
     return carriage.carriage(records, float(np.polyfit(x, y, 1)[0]))
@@ -216,7 +216,7 @@ def draw(every: list[dict[str, Any]]) -> None:
     axes[0, 0].set_ylim(0.0, HIGHEST)  # what was missed, and hardly made, is in the table
     finish(axes[0, 0], "Settling", "distance [mm]", "time to within a count [s]", legend=True)
     finish(axes[0, 1], "Vibration", "distance [mm]", "swing after 0.1 s [um]", legend=True)
-    (beyond.FIGURES / "beyond-macro.png").write_bytes(encoded(figure))
+    (beyond.FIGURES / "beyond-macro.png").write_bytes(encode(figure))
 
 
 def jobs(chosen: argparse.Namespace) -> list[Any]:

@@ -23,7 +23,7 @@ from beyond import GROUPS, Quantity
 from macromicro import hall_table, loop, recorded, simulate
 from macromicro.control.inverse.model import Inverse
 from macromicro.design import fine_limits
-from macromicro.drawing.files import encoded
+from macromicro.drawing.files import encode
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new
 from macromicro.errors import InputError
 from macromicro.identify import kiln as kiln_fit
@@ -73,7 +73,7 @@ TABLE = (
 def identified(settings: Settings, seed: int) -> wire_table.LawFit:
     """As `collect kiln`, `collect actuator` and `identify actuator` do."""
     machine = bench.prepare(settings.bench, settings.sensors)
-    oven = kiln_bench.prepare(kiln_bench.beside(settings.bench))
+    oven = kiln_bench.prepare(kiln_bench.with_bench(settings.bench))
     room = settings.bench.thermal.ambient  # a thermometer tells
     turns = kiln_runs.cycles(cold=max(kiln_runs.COLD, room + 2.0))
     cycles = kiln_runs.run(oven, turns, seed)
@@ -243,7 +243,7 @@ def draw(every: list[dict[str, Any]]) -> None:
     axes[0, 1].set_xscale("log")
     finish(axes[0, 0], "Settling", "distance [mm]", "time to within 10 um [s]", legend=True)
     finish(axes[0, 1], "Holding", "RMS error [um]", "share of the moves", legend=True)
-    (beyond.FIGURES / "beyond-micro.png").write_bytes(encoded(figure))
+    (beyond.FIGURES / "beyond-micro.png").write_bytes(encode(figure))
 
 
 def tables(every: list[dict[str, Any]]) -> dict[str, str]:

@@ -88,7 +88,7 @@ def at_rest(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     """Greatest true error at rest of 95 of 100 positions, before and after."""
     judged = found.request._replace(reference=TRUTH, seed=seed + 7000)
     machine, settings = found.request.machine, found.request.settings
-    off, before_settings = procedure.uncorrected(machine, settings)
+    off, before_settings = procedure.without_corrections(machine, settings)
     before = procedure.verify(off, before_settings, judged)
     made, after_settings = measuring.ready(machine, found.settings)
     after = procedure.verify(made, after_settings, judged)
@@ -141,7 +141,7 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     machine, settings = found.request.machine, found.request.settings
     for name, tree in (("before", settings), ("after", found.settings)):
         made, own = composite.under(machine, tree), tree
-        plan = programmes.plan(made, own, programmes.chosen(made, own))
+        plan = programmes.plan(made, own, programmes.choose(made, own))
         run = performed(made, own, plan, seed, bench)
         legs = [k for k, leg in enumerate(plan.legs) if any(p.curvature for p in leg.pieces)]
         on_arc = np.isin(run["move"], legs) & (run["phase"] == 1)
@@ -169,8 +169,8 @@ def ripple(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     off = correction._replace(**nothing)
     request = found.request
     trees = {
-        "before": procedure.uncorrected(request.machine, request.settings),
-        "after": procedure.corrected(request.machine, found.settings, [off]),
+        "before": procedure.without_corrections(request.machine, request.settings),
+        "after": procedure.with_corrections(request.machine, found.settings, [off]),
     }
     smooth = bench._replace(drive=bench.drive._replace(cogging=0.0))
     judged = {"half": math.nan, "inside": math.nan}
@@ -191,7 +191,7 @@ def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
         ends = np.array([[middle - 20e-3], [middle], [middle + way * 10e-3]])
         visits = targets.Visits(np.ones(3), np.ones(3), ends)
         machine, settings = measuring.ready(found.request.machine, found.settings)
-        plan = targets.planned(machine, settings, visits)
+        plan = targets.plan_visits(machine, settings, visits)
         run = performed(machine, settings, plan, seed, bench)
         last = run["move"] == 2
         off = np.abs(run["true_position"][last] / 1e3 - ends[2, 0]) > 5e-6

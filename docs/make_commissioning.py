@@ -95,7 +95,7 @@ def example(path: Path) -> list[str]:
         f"{name} {estimates[name].value:.4g} +- {estimates[name].half:.2g} {estimates[name].unit}"
         for name in SHOWN[place.kind.name]
     )
-    there = results.arrived(found.verified.moves)
+    there = results.count_arrived(found.verified.moves)
     return [f"`{path.name}`", words, found.verified.fault or f"{there}/{found.verified.asked}"]
 
 

@@ -21,8 +21,8 @@ from matplotlib.figure import Figure
 
 from macromicro import api
 from macromicro.arrays import Array
-from macromicro.drawing.files import encoded
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
+from macromicro.drawing.files import encode
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thin_out
 from macromicro.lab import learning
 from macromicro.machines import compositions, runs
 from macromicro.machines.joint import course, planning
@@ -44,7 +44,7 @@ PITCH = 1e3 * Settings().sensors.encoder.pitch
 
 def drawn(ax: Any, t: Array, y: Array, **options: Any) -> None:
     """A column, thinned to about four points a pixel."""
-    ax.plot(*thinned(t, y, 2400), **{"linewidth": 1.5, **options})
+    ax.plot(*thin_out(t, y, 2400), **{"linewidth": 1.5, **options})
 
 
 def draw(run: Recording) -> Figure:
@@ -142,12 +142,12 @@ def draw_learning() -> None:
 def main() -> None:
     """Run the default programme, a profile, two axes and a wave, and write the pictures."""
     if "--quick" in sys.argv:
-        encoded(draw_profile())
+        encode(draw_profile())
         return
     FIGURES.mkdir(parents=True, exist_ok=True)
-    PICTURE.write_bytes(encoded(draw(api.run())))
-    PROFILE.write_bytes(encoded(draw_profile()))
-    PATH.write_bytes(encoded(draw_path()))
+    PICTURE.write_bytes(encode(draw(api.run())))
+    PROFILE.write_bytes(encode(draw_profile()))
+    PATH.write_bytes(encode(draw_path()))
     draw_learning()
 
 

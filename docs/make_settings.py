@@ -70,7 +70,7 @@ def listed(group: str, found: list[Entry], derived: set[str]) -> str:
 
 
 def _settings(name: str) -> Any:
-    return LiveSettings() if name == TWO_STAGE else compositions.named(name, "machine").settings
+    return LiveSettings() if name == TWO_STAGE else compositions.by_name(name, "machine").settings
 
 
 def _key(entry: Entry) -> tuple[str, str]:

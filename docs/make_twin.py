@@ -34,7 +34,7 @@ FLAGS = (
 def page() -> str:
     """The page, with its code."""
     require("the twin's page", "ziglang", "cross")
-    written = files.written(twin.unit())
+    written = files.write_unit(twin.unit())
     face = fmu.Interface(written)
     texts = {
         "fmi2.c": fmu.interface_code(face, TOKEN),

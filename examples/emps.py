@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.identify import drive
 
 COPY = Path(__file__).parent / "data/emps/emps.npz"
@@ -22,7 +22,7 @@ UNITS = {"mass": "kg", "viscous": "N s/m", "coulomb": "N", "offset": "N"}
 def load(file: Path | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """t [s], drive voltage [V], position [m] and the drive's gain [N/V]."""
     if file is not None:
-        table = read(file)
+        table = read_table(file)
         t, u, x = (table.columns[name] for name in ("t", "vir", "qm"))
         return t, u, x, table.constants["gtau"]
     if not COPY.is_file():

@@ -19,7 +19,7 @@ import pytest
 
 from macromicro import cli
 from macromicro.commands import identify as command
-from macromicro.control.calibration import shipped
+from macromicro.control.calibration import default_calibration
 from macromicro.hysteresis.table_files import load_table
 from macromicro.identify import Axis, simulate
 from macromicro.recording import Recording
@@ -283,7 +283,7 @@ def test_hall_writes_a_table_and_says_that_no_setting_holds_it(
     assert "settings: no setting holds a table" in done.out
     made = np.loadtxt(out / "hall_calibration.csv", delimiter=",", skiprows=2)
     inner = slice(5, -5)
-    place = 1e3 * shipped().position  # the file is in mm
+    place = 1e3 * default_calibration().position  # the file is in mm
     np.testing.assert_allclose(made[inner, 1], place[inner], atol=2e-3)
     assert "No setting" in (out / "model.toml").read_text()
     assert macromicro("run", "--config", out / "model.toml").status == 2
@@ -433,7 +433,7 @@ def test_a_failure_while_writing_leaves_no_part(
     def full(*_: object) -> bytes:
         raise OSError(28, "No space left on device", str(tmp_path / "new"))
 
-    monkeypatch.setattr("macromicro.drawing.files.encoded", full)
+    monkeypatch.setattr("macromicro.drawing.files.encode", full)
     fit = ("drive", own, "--structure", "coulomb")
     done = macromicro("identify", *fit, "--out", tmp_path / "new")
     assert done.status == 1 and "No space left" in done.err

@@ -165,13 +165,13 @@ def test_a_figure_that_cannot_be_drawn_is_noted(
 
     def run(chosen: list[reproduce.Chosen], lab: Lab, *_: object) -> list[reproduce.Result]:
         """In this process, where nothing can be drawn."""
-        return [reproduce.narrowed(c, reproduce.run_one(c.procedure, lab)) for c in chosen]
+        return [reproduce.narrow(c, reproduce.run_one(c.procedure, lab)) for c in chosen]
 
     def broken(*figure: object) -> bytes:
         raise ValueError("no ink")
 
     monkeypatch.setattr(reproduce, "run", run)
-    monkeypatch.setattr(exhibit, "encoded", broken)
+    monkeypatch.setattr(exhibit, "encode", broken)
     monkeypatch.chdir(tmp_path)
     words = ["macromicro", "reproduce", "--only", "technologies"]
     monkeypatch.setattr(sys, "argv", words)

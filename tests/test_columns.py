@@ -10,7 +10,7 @@ import pytest
 from macromicro.columns import Column, Quantity, layout, put, quantities, whole
 from macromicro.errors import ProblemError
 from macromicro.kernel import compiled
-from macromicro.recorded import COLUMNS, named
+from macromicro.recorded import COLUMNS, columns_named
 from macromicro.types import Command, Sample
 
 
@@ -68,10 +68,10 @@ def test_a_run_records_every_field_of_a_sample_and_no_flag_of_a_command() -> Non
 
 
 def test_columns_by_name_in_the_order_asked_for() -> None:
-    assert [c.name for c in named("motor", "t")] == ["motor", "t"]
-    assert all(c in COLUMNS for c in named("motor", "t"))
+    assert [c.name for c in columns_named("motor", "t")] == ["motor", "t"]
+    assert all(c in COLUMNS for c in columns_named("motor", "t"))
     with pytest.raises(KeyError, match="speed"):
-        named("t", "speed")
+        columns_named("t", "speed")
 
 
 def test_what_is_no_number_is_minus_one_in_columns_of_whole_numbers() -> None:

@@ -32,7 +32,7 @@ def test_the_page_s_rig_with_lines_is_a_stage_with_these_lines() -> None:
     made.now, made.counts, made.inputs = lambda: 0.5, lambda: 7.0, (1.0, 0.0)
     made.clock = SimpleNamespace(now=made.now, wait=lambda dt: None)
     assert open_rig.of(made).lines == ("limit_low", "limit_high", "enable")
-    params = open_rig.opened(made, 1e-3)
+    params = open_rig.open_stage(made, 1e-3)
     kind = open_rig.of(made)
     assert kind.measure(params, 0.0, 0.0, None, 0).position == pytest.approx(7e-3)
     said = kind.sense(params, 0.0)

@@ -93,7 +93,7 @@ def test_names_that_become_one_in_matlab_are_refused(tmp_path: Path) -> None:
 
 def test_what_identifies_reads_a_recording_s_mat_file(tmp_path: Path) -> None:
     made(seed=7).to_mat(tmp_path / "a.mat")
-    table = reading.read(tmp_path / "a.mat")
+    table = reading.read_table(tmp_path / "a.mat")
     assert list(table.columns) == ["t", "hall_voltage", "phase"]
 
 

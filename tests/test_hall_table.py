@@ -27,8 +27,8 @@ def other(settings: Any) -> Any:
 
 
 def test_the_default_bench_has_the_shipped_table() -> None:
-    assert not hall_table.needed(Settings())
-    found, shipped = hall_table.of_bench(Settings()), calibration.shipped()
+    assert not hall_table.is_needed(Settings())
+    found, shipped = hall_table.of_bench(Settings()), calibration.default_calibration()
     assert (found.low, found.step) == (shipped.low, shipped.step)
     assert np.array_equal(found.position, shipped.position)
 
@@ -36,7 +36,7 @@ def test_the_default_bench_has_the_shipped_table() -> None:
 def test_simulator_and_server_take_the_table_of_their_bench() -> None:
     own = hall_table.of_bench(other(Settings()))
     volts = np.linspace(1.0, 2.5, 7)
-    place, shipped = calibration.position, calibration.shipped()
+    place, shipped = calibration.position, calibration.default_calibration()
     assert max(abs(place(own, v) - place(shipped, v)) for v in volts) > 0.03e-3
     rolled = simulate.prepare(other(Settings()), micro_steps([1e-3]))
     assert np.array_equal(rolled.watchdog.calibration.position, own.position)
@@ -69,8 +69,8 @@ def test_a_rig_without_a_table_is_not_served(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_written_table_is_read() -> None:
-    made = calibration.read("# of mine\nhall_V,position_mm\n1.0,0.0\n1.5,2.0\n2.0,4.0\n")
+    made = calibration.parse("# of mine\nhall_V,position_mm\n1.0,0.0\n1.5,2.0\n2.0,4.0\n")
     assert (made.low, made.step, list(made.position)) == (1.0, 0.5, [0.0, 2e-3, 4e-3])
     for text in ("", "hall_V,position_mm\n1.0,0.0\n", "1.0\n", "2,1\n1,0\n"):
         with pytest.raises(InputError, match="lines hall_V"):
-            calibration.read(text)
+            calibration.parse(text)

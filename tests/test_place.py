@@ -83,7 +83,7 @@ class Slide(NamedTuple):
     time: Annotated[float, Par("s", "time", shown="ms")] = 0.5
 
 
-@place.turned
+@place.as_rotary
 class Turn(Slide):
     __slots__ = ()
 

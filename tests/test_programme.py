@@ -20,7 +20,7 @@ from macromicro.programme import (
     load,
     shipped,
 )
-from macromicro.programme.scheduled import corrected
+from macromicro.programme.scheduled import with_corrections
 
 LIMITS = Limits(0.0, 2800.0, 0.0, 3.8e-3, 14_000.0)
 
@@ -246,7 +246,7 @@ def test_what_was_learned_goes_back_into_the_file(tmp_path: Path) -> None:
     programme = read(tmp_path, text, ".csv")
     learned = programme._replace(correction=np.array([1e-6, -2e-6, 3.25e-6]))
     path = tmp_path / "wave.csv"
-    again = corrected(path, learned)
+    again = with_corrections(path, learned)
     assert again == (
         "t_ms,micro_um,micro_correction_um\n0,100,1.0000\n500,100,1.0000\n"
         "1000,200,-2.0000\n2000,300,3.2500\n3000,300,3.2500\n"
@@ -254,7 +254,7 @@ def test_what_was_learned_goes_back_into_the_file(tmp_path: Path) -> None:
     path.write_text(again)
     back = load(path, LIMITS)
     assert back.correction.tolist() == pytest.approx(learned.correction.tolist())
-    assert corrected(path, back) == again, "its own column is replaced"
+    assert with_corrections(path, back) == again, "its own column is replaced"
 
 
 def test_csv_with_one_stage_in_counts(tmp_path: Path) -> None:

@@ -138,7 +138,7 @@ def test_the_supervisor_tells_the_micro_law_when_its_trajectory_turns(step: Any)
         for turn in ([0.25, 9.0], [math.inf, 0.0], [])
     ]
     assert given == [0.25, 1.0, 1.0]
-    assert micro.begun(p.fine)  # a law of one's own had the turn
+    assert micro.begin(p.fine)  # a law of one's own had the turn
 
 
 def plan(velocity: Any, acceleration: Any) -> Plan:

@@ -20,7 +20,7 @@ from macromicro.recording_format import (
     as_block,
     as_column,
     needed_bytes,
-    noted,
+    parse_notes,
     write_all,
 )
 from tests.systems import linux, posix
@@ -277,7 +277,7 @@ def test_a_block_has_an_array_for_each_column_equally_long() -> None:
 def test_what_was_noted_comes_back() -> None:
     one = Noted(1.5, "move", "me", "begun", {"id": 3, "where": Path("x")})
     two = Noted(math.nan, "stop", "", "ended", {})
-    found = noted(one.line() + two.line())
+    found = parse_notes(one.line() + two.line())
     assert found[0] == one._replace(facts={"id": 3, "where": "x"})
     assert math.isnan(found[1].t) and found[1][1:] == two[1:]
     assert b"NaN" not in two.line()

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import macromicro
 from macromicro import traces
 from macromicro.columns import Column
-from macromicro.drawing.files import encoded
+from macromicro.drawing.files import encode
 from macromicro.errors import InputError
 from macromicro.recording import Recording
 
@@ -117,16 +117,16 @@ def test_words_for_recordings_are_all_different(tmp_path: Path) -> None:
     for name in ("first/recording.h5", "first/drive.h5"):
         made().save(tmp_path / name)
     loaded = [Recording.load(tmp_path / n) for n in ("first/recording.h5", "first/drive.h5")]
-    assert traces.called([*loaded, loaded[0], made(), made()]) == [
+    assert traces.distinct_labels([*loaded, loaded[0], made(), made()]) == [
         "first", "drive", "first (2)", "Ramp, seed 3", "Ramp, seed 3 (2)",
     ]  # fmt: skip
-    found = traces.called([loaded[0]] * 3)
+    found = traces.distinct_labels([loaded[0]] * 3)
     assert all(a != b for a, b in itertools.combinations(found, 2))
 
 
 def test_no_rows_are_an_empty_panel() -> None:
-    assert encoded(made(rows=0).plot()).startswith(b"\x89PNG")
-    assert encoded(macromicro.overlay(made(rows=0), made())).startswith(b"\x89PNG")
+    assert encode(made(rows=0).plot()).startswith(b"\x89PNG")
+    assert encode(macromicro.overlay(made(rows=0), made())).startswith(b"\x89PNG")
 
 
 def test_what_cannot_be_drawn() -> None:

@@ -77,7 +77,7 @@ def exported(job: Job, folder: Path) -> Loop:
     entry = Entry("run", macro.rollout, (model, law, first, Rows(REAL, (n,)), counted,
                                          Rows(REAL, (2, n))))  # fmt: skip
     given = {"model": model, "law": law, "first": first}
-    written = files.written(Unit("job", "the common job", (entry,), given))
+    written = files.write_unit(Unit("job", "the common job", (entry,), given))
     (folder / "job.h").write_text(written.header)
     place = folder / "job_exported.c"
     place.write_text(written.code + _CALL.format(n=n))

@@ -171,10 +171,10 @@ def moves(recording: Recording, settings: Any = None) -> list[Any]:
     if not served.is_live(recording):
         from macromicro.machines import compositions, results
 
-        found = compositions.recorded(recording)
+        found = compositions.of_recording(recording)
         if found is not None:
             machine, own = found
-            planned = results.planned(machine, recording)
+            planned = results.planned_moves(machine, recording)
             return results.of(machine, recording, planned, own if settings is None else settings)
     return judging.moves(recording, settings)
 

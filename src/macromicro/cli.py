@@ -47,7 +47,7 @@ def main() -> int:
         say(str(error))
         return error.exit_status
     except OSError as error:
-        say(_named(error))
+        say(_with_file(error))
         return 1
     except KeyboardInterrupt:
         say("interrupted")
@@ -63,7 +63,7 @@ def command_line() -> Any:
     return typer.main.get_command(app)
 
 
-def _named(error: OSError) -> str:
+def _with_file(error: OSError) -> str:
     """The operating system's message and the file that it is about."""
     reason = error.strerror or str(error)
     return f"{error.filename}: {reason}" if error.filename is not None else reason

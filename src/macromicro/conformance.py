@@ -37,7 +37,7 @@ def require(right: bool, found: str, remedy: str) -> None:
         raise Broken(found, remedy)
 
 
-def performed(checks: Checks, *it: Any, first: Collection[str] = ()) -> Iterator[Finding]:
+def perform(checks: Checks, *it: Any, first: Collection[str] = ()) -> Iterator[Finding]:
     """Perform checks of `it` one after the other; a failed one of `first` ends them."""
     for what, check in checks:
         try:
@@ -46,12 +46,12 @@ def performed(checks: Checks, *it: Any, first: Collection[str] = ()) -> Iterator
         except Broken as error:
             yield Finding(what, False, str(error), error.remedy)
         except Exception as error:  # whatever the user's code does
-            yield failed(what, error)
+            yield failure(what, error)
         if what in first:
             return
 
 
-def failed(what: str, error: Exception, remedy: str = "fix what raises it") -> Finding:
+def failure(what: str, error: Exception, remedy: str = "fix what raises it") -> Finding:
     """The finding of a check that raised."""
     own = isinstance(error, MacromicroError)
     text = str(error) if own else f"{type(error).__name__}: {error}"

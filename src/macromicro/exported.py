@@ -108,7 +108,7 @@ def origin(recording: Recording) -> str:
     return ", ".join(words)
 
 
-def described(recording: Recording, place: str = "") -> str:
+def describe(recording: Recording, place: str = "") -> str:
     """Summary of a recording: rows, duration, origin, columns with units."""
     rows, rate = len(recording), 1.0 / recording.dt
     head = f"{rows} row{'s' * (rows != 1)}, {rows * recording.dt:.6g} s at {rate:.6g} Hz"

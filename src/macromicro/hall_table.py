@@ -56,7 +56,7 @@ def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array
     return [(hall[part], laser[part]) for part in parts]
 
 
-def needed(settings: Described) -> bool:
+def is_needed(settings: Described) -> bool:
     """Whether the shipped calibration is void because sensor or converter were changed."""
     default = Sensors()
     hall = settings.sensors.hall._replace(noise=default.hall.noise, lag=default.hall.lag)
@@ -65,13 +65,13 @@ def needed(settings: Described) -> bool:
 
 def of_bench(settings: Described) -> Calibration:
     """The table for the virtual bench of these settings."""
-    if not needed(settings):
-        return calibration.shipped()
-    return _calibrated(settings.bench, settings.sensors)
+    if not is_needed(settings):
+        return calibration.default_calibration()
+    return _calibrate(settings.bench, settings.sensors)
 
 
 @functools.lru_cache(maxsize=16)
-def _calibrated(described: Bench, sensors: Sensors) -> Calibration:
+def _calibrate(described: Bench, sensors: Sensors) -> Calibration:
     from macromicro.identify.hall import calibrate  # scipy, which takes a while
 
     return calibrate(ramps(bench.prepare(described, sensors)))

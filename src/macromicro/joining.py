@@ -14,7 +14,7 @@ from macromicro import kernel
 _modules: set[str] = set()  # of kernels that `joined`
 
 
-def admitted(name: str, *functions: Callable[..., Any]) -> None:
+def admit(name: str, *functions: Callable[..., Any]) -> None:
     """Let kernels of another package join the compilation (`kernel.admit`)."""
     kernel.admit(name, sources(*functions))
 
@@ -32,13 +32,13 @@ def sources(*functions: Callable[..., Any], also: bool = True) -> str:
     return found.hexdigest()[:16]
 
 
-def joined(*functions: Callable[..., Any]) -> None:
+def join(*functions: Callable[..., Any]) -> None:
     """Admit those kernels that are of other packages, before compilation."""
     for each in functions:
         module = each.__module__
         if foreign(each) and module not in _modules:
             _modules.add(module)
-            admitted(module, each)
+            admit(module, each)
 
 
 def _homes(functions: Iterable[Callable[..., Any]]) -> set[Path]:

@@ -35,7 +35,7 @@ class _Move(MoveStatus):  # type: ignore[misc]
             super()._handle_failure()
 
 
-def _superseded(error: MacromicroError) -> bool:
+def _is_superseded(error: MacromicroError) -> bool:
     return isinstance(error, MotionFailed) and error.outcome == SUPERSEDED
 
 
@@ -248,7 +248,7 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         try:
             self._begin(target, stops).wait()
         except MacromicroError as error:
-            status.ended = isinstance(error, RequestRefused) or _superseded(error)
+            status.ended = isinstance(error, RequestRefused) or _is_superseded(error)
             if not status.done:
                 status.set_exception(error)
             return

@@ -23,11 +23,11 @@ _TURNED = {
 }
 
 
-def _renamed(unit: str, marks: str = "/*() ") -> str:
+def _rename(unit: str, marks: str = "/*() ") -> str:
     """A unit of a slide, factor by factor, as that of a stage that turns."""
     if not marks:
         return _TURNED.get(unit, unit)
-    return marks[0].join(_renamed(part, marks[1:]) for part in unit.split(marks[0]))
+    return marks[0].join(_rename(part, marks[1:]) for part in unit.split(marks[0]))
 
 
 class Place(NamedTuple):
@@ -43,7 +43,7 @@ class Place(NamedTuple):
 
     def named(self, unit: str) -> str:
         """The unit of a linear stage, as of this one."""
-        return _renamed(unit) if self.turns else unit
+        return _rename(unit) if self.turns else unit
 
     def column(self, quantity: Any) -> Any:
         """The `Quantity` of a linear stage, as of this one."""
@@ -81,7 +81,7 @@ ANGLE = Place("rad", "deg", "mdeg", "udeg", 1.0 / size("deg"), True)
 PLACES = (LENGTH, ANGLE)
 
 
-def turned(made: type[Set]) -> type[Set]:
+def as_rotary(made: type[Set]) -> type[Set]:
     """Decorator of a parameter set's subclass for a rotary stage."""
     notes: dict[str, Any] = {}
     for name, hint in get_type_hints(made, include_extras=True).items():

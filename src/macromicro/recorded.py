@@ -36,7 +36,7 @@ ROWS = len(COLUMNS)
 NAMES = tuple(c.name for c in COLUMNS)
 
 
-def named(*names: str) -> tuple[Column, ...]:
+def columns_named(*names: str) -> tuple[Column, ...]:
     known = {column.name: column for column in COLUMNS}
     return tuple(known[name] for name in names)
 

@@ -27,7 +27,7 @@ from macromicro.recording_format import (
     Noted,
     as_block,
     needed_bytes,
-    noted,
+    parse_notes,
 )
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ class Recording:
             if EVENTS not in file:
                 return ()
             try:
-                return noted(file[EVENTS][: int(file[EVENT_BYTES][()])].tobytes())
+                return parse_notes(file[EVENTS][: int(file[EVENT_BYTES][()])].tobytes())
             except _DAMAGE as error:
                 raise ProblemError(str(self._path), f"damaged: {error}", _REMEDY) from error
 
@@ -352,7 +352,7 @@ class Recording:
 
     def __repr__(self) -> str:
         """Rows, duration, programme and seed, columns with units."""
-        return exported.described(self, "" if self._path is None else str(self._path))
+        return exported.describe(self, "" if self._path is None else str(self._path))
 
     def _find(self, name: str) -> Column:
         for column in self.columns:

@@ -57,11 +57,11 @@ class Noted(NamedTuple):
         return json.dumps({**self._asdict(), "t": t}, default=str).encode() + b"\n"
 
 
-def noted(text: bytes) -> tuple[Noted, ...]:
-    return tuple(_noted(json.loads(line)) for line in text.splitlines())
+def parse_notes(text: bytes) -> tuple[Noted, ...]:
+    return tuple(_parse_note(json.loads(line)) for line in text.splitlines())
 
 
-def _noted(entry: dict[str, Any]) -> Noted:
+def _parse_note(entry: dict[str, Any]) -> Noted:
     t = math.nan if entry["t"] is None else float(entry["t"])
     return Noted(t, str(entry["kind"]), str(entry["who"]), str(entry["what"]), entry["facts"])
 

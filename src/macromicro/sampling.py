@@ -37,7 +37,7 @@ def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
     return (parts.T - within) / rows
 
 
-def scaled(share: Array, low: float, high: float, *, log: bool = False) -> Array:
+def scale(share: Array, low: float, high: float, *, log: bool = False) -> Array:
     return low * (high / low) ** share if log else low + (high - low) * share
 
 

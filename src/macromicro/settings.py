@@ -26,7 +26,7 @@ class Controlled(Protocol):
     def _replace(self, *, controller: Control) -> Self: ...
 
 
-def chosen(tree: Tree, path: Path | None, law: str | None) -> Tree:
+def choose(tree: Tree, path: Path | None, law: str | None) -> Tree:
     """Settings by the options ``--config`` and ``--law``."""
 
     def under(before: Tree) -> Tree:
@@ -134,7 +134,7 @@ class Settings(NamedTuple):
             An unknown path (with the nearest), a value that is not accepted, or settings that
             cannot work together; names path, value and what is accepted.
         """
-        return access.changed(self, changes, value)
+        return access.change(self, changes, value)
 
     def __getitem__(self, key: Any) -> Any:
         """The value or the set at a dotted path; InputError names the nearest. Or, as of any
@@ -144,4 +144,4 @@ class Settings(NamedTuple):
 
     def __repr__(self) -> str:
         """What differs from the defaults, with units."""
-        return f"<Settings: {access.told(self, Settings())}>"
+        return f"<Settings: {access.describe_changes(self, Settings())}>"

@@ -95,7 +95,7 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
     )
 
 
-def given(rolled: Rolled, count: int) -> tuple[Any, ...]:
+def arguments(rolled: Rolled, count: int) -> tuple[Any, ...]:
     """What the loop is given for so many periods, without noise yet."""
     rows = len(recorded.columns(rolled.control))
     return *rolled, np.empty((count, NOISES)), np.empty((rows, count)), PERIOD
@@ -113,7 +113,7 @@ def longest(settings: Settings, programme: Programme) -> float:
     return float(programme.hold.sum()) + waits + rounding + 1.0
 
 
-def expected(settings: Settings, programme: Programme) -> float:
+def expected_duration(settings: Settings, programme: Programme) -> float:
     """Usual duration of a programme, s."""
     if programme.scheduled:
         return programme.end
@@ -136,7 +136,7 @@ def _switched_off(
     return column
 
 
-def _interpreted(
+def _interpret(
     rolled: Rolled,
     sink: Sink,
     seed: int,
@@ -195,9 +195,12 @@ def simulate(
     """
     rolled = prepare(settings, programme, fan)
     if not rolled.control.compiles:
-        return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
-    periods, rows = expected(settings, programme) / PERIOD, len(recorded.columns(rolled.control))
-    advance = interpreting.quickest(loop.rollout, periods, *given(rolled, 0))
+        return _interpret(rolled, sink, seed, progress, longest(settings, programme))
+    periods, rows = (
+        expected_duration(settings, programme) / PERIOD,
+        len(recorded.columns(rolled.control)),
+    )
+    advance = interpreting.quickest(loop.rollout, periods, *arguments(rolled, 0))
     random = noise_source(seed)
     run = arrays.own(rolled.run)
     limit = round(longest(settings, programme) / PERIOD)

@@ -80,8 +80,8 @@ def overlay(
     names = [columns] if isinstance(columns, str) else list(columns)
     if not recordings:
         raise ProblemError("overlay", "no recording", "Give one or more.")
-    names = names or chosen(recordings)
-    words = list(labels) or called(recordings)
+    names = names or default_columns(recordings)
+    words = list(labels) or distinct_labels(recordings)
     if len(words) != len(recordings):
         problem = f"{len(words)} labels for {len(recordings)} recordings"
         raise ProblemError("overlay, labels", problem)
@@ -106,7 +106,7 @@ def begin_apart(recordings: Sequence[Recording]) -> bool:
     return len(starts) > 1 and max(starts) - min(starts) > recordings[0].dt
 
 
-def chosen(recordings: Sequence[Recording]) -> list[str]:
+def default_columns(recordings: Sequence[Recording]) -> list[str]:
     """Default columns."""
     shared = common(recordings)
     found = [name for name in MAIN if name in shared] or shared[:_FEW]
@@ -127,7 +127,7 @@ def common(recordings: Sequence[Recording]) -> list[str]:
     ]
 
 
-def called(recordings: Sequence[Recording]) -> list[str]:
+def distinct_labels(recordings: Sequence[Recording]) -> list[str]:
     """A distinct label for each recording."""
     found: list[str] = []
     for recording in recordings:

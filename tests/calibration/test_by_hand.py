@@ -47,7 +47,7 @@ def test_a_list_is_filled_in_and_read_back(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "not verified" in (out / "calibration.html").read_text("utf-8")
     request = ready(SCREW, positions=16, runs=2)
-    found = procedure.from_readings(request, by_hand.read(filled, request))
+    found = procedure.from_readings(request, by_hand.read_readings(filled, request))
     correction = found.settings.correction
     reversal = np.array(correction.down) - np.array(correction.up)
     assert reversal == pytest.approx(12e-6, rel=0.01)
@@ -65,7 +65,7 @@ def test_errors_with_directions_and_temperatures_are_read_too(tmp_path: Path) ->
     ]
     head = "# a calibration house\nposition_mm,direction,error_um,temperature_degC"
     file.write_text("\n".join([head, *rows]), encoding="utf-8")
-    found = by_hand.read(file, ready(SCREW))
+    found = by_hand.read_readings(file, ready(SCREW))
     assert found.deviation[0, 0] == pytest.approx(1e-3 * deviation(5.0, True), abs=1e-9)
     assert found.flank[:2, 0].tolist() == [1.0, 0.0]
     assert found.temperature[1] == pytest.approx(20.1)
@@ -100,7 +100,7 @@ def test_angles_are_read_in_seconds_of_arc(tmp_path: Path) -> None:
     machine.write_text('machine = "rotary"\n[drive]\nratio = 1.0\n', encoding="utf-8")
     rows = [f"{k % 2 * 2 - 1},{10 * k},3.6" for k in range(8)]
     file.write_text("\n".join(["direction,position_deg,error_arcsec", *rows]), encoding="utf-8")
-    found = by_hand.read(file, ready(machine))
+    found = by_hand.read_readings(file, ready(machine))
     assert found.deviation[:, 0] == pytest.approx(math.radians(1e-3))
     assert found.target[7, 0] == pytest.approx(math.radians(70.0))
 
@@ -120,16 +120,16 @@ def test_what_cannot_be_read_is_named(tmp_path: Path, text: str, words: str) -> 
     file = tmp_path / "bad.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises((InputError, ProblemError), match=words):
-        by_hand.read(file, ready(SCREW))
+        by_hand.read_readings(file, ready(SCREW))
 
 
 def test_readings_typed_at_the_keyboard() -> None:
     request = ready(SCREW, positions=6, runs=2)
     shown = io.StringIO()
     answers = ["1.5", "nonsense", "2.5", "", "4", "5", "6", "7", "q"]
-    found = by_hand.asked(request, answers, shown)
+    found = by_hand.ask_readings(request, answers, shown)
     assert len(found.t) == 6 and found.reference[1, 0] == pytest.approx(2.5e-3)
     assert "nonsense is not a number" in shown.getvalue()
     assert "from below" in shown.getvalue() and "from above" in shown.getvalue()
     with pytest.raises(ProblemError, match="2 readings"):
-        by_hand.asked(request, ["1", "2", "q"], io.StringIO())
+        by_hand.ask_readings(request, ["1", "2", "q"], io.StringIO())

@@ -68,7 +68,7 @@ def test_the_screw_is_where_it_says_to_2_um(screw: Calibrated) -> None:
     request = Request(machine, settings, TRUTH, positions=20, runs=2, seed=5)
     after = np.abs(1e6 * procedure.verify(machine, settings, request).deviation)
     off = compositions.load(screw.file.with_name("plain.toml"))
-    before = np.abs(1e6 * procedure.verify(*procedure.uncorrected(*off), request).deviation)
+    before = np.abs(1e6 * procedure.verify(*procedure.without_corrections(*off), request).deviation)
     assert np.quantile(before, 0.95) > 10.0
     assert np.quantile(after, 0.95) < 2.0
     half = 1e6 * settings.correction.half_width
@@ -165,8 +165,10 @@ def both(found: Calibration) -> list[Any]:
 
 def contour(found: Calibration, corrections: list[Any]) -> float:
     """Greatest true distance from the example circle, m."""
-    machine, settings = procedure.corrected(found.request.machine, found.settings, corrections)
-    plan = programmes.plan(machine, settings, programmes.chosen(machine, settings))
+    machine, settings = procedure.with_corrections(
+        found.request.machine, found.settings, corrections
+    )
+    plan = programmes.plan(machine, settings, programmes.choose(machine, settings))
     recording = runs.record(machine, settings, plan, warn=False).recording
     (leg,) = (k for k, leg in enumerate(plan.legs) if leg.name == "arc")
     own = (recording["move"] == leg) & (recording["phase"] == 1)
@@ -193,7 +195,7 @@ pitch = "0.5 um"
 def test_slow_passes_learn_the_cogging(tmp_path: Path) -> None:
     found = calibrated(LINEAR, tmp_path, positions=6, cogging=True)
     (ripple,) = found.ripple
-    machine, settings = procedure.uncorrected(found.request.machine, found.request.settings)
+    machine, settings = procedure.without_corrections(found.request.machine, found.request.settings)
     smooth = settings._replace(drive=settings.drive._replace(cogging=0.0))
     least = efforts.passes(machine, settings, bench=smooth).ripple
     # Beside what counts and friction do without any cogging.

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from macromicro import cli
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.files.recordings import recording
 from macromicro.identify.kinds import drive
 from macromicro.identify.picking import pick
@@ -69,7 +69,7 @@ def test_identify_takes_the_columns_that_look_names(
     said = capsys.readouterr().out
     assert "u: voltage_V, by its name" in said
     assert said.splitlines()[-1] == f"macromicro identify drive {file}"
-    picked = pick(read(Path(file)), drive.ROLES, {})
+    picked = pick(read_table(Path(file)), drive.ROLES, {})
     assert picked.names == {"t": "t_s", "u": "voltage_V", "x": "x_mm"}
     assert picked.units == {"t": "s", "u": "V", "x": "m"}
 

@@ -17,7 +17,7 @@ from scipy.io import savemat
 
 from macromicro import cli
 from macromicro.hysteresis import prandtl
-from macromicro.identify.look import look, saturated, wrapped
+from macromicro.identify.look import find_saturation, find_wraps, look
 from macromicro.models.mass import Axis, simulate
 from tests.identify.kinds.test_stress_map import loop
 
@@ -52,7 +52,7 @@ UNLIKE = {
 @pytest.mark.parametrize("name", UNLIKE)
 @pytest.mark.parametrize("unit", ["", "deg", "counts", "V", "mm"])
 def test_these_neither_wrap_nor_saturate(name: str, unit: str) -> None:
-    assert wrapped(UNLIKE[name], unit) == [] and saturated(UNLIKE[name]) == []
+    assert find_wraps(UNLIKE[name], unit) == [] and find_saturation(UNLIKE[name]) == []
 
 
 @given(
@@ -69,7 +69,7 @@ def test_a_turn_that_is_passed_is_named(
     values = (-place if down else place) % turn
     values = np.floor(values) if unit in ("", "counts") else values
     jumps = int((np.abs(np.diff(values)) > 0.5 * turn).sum())
-    found = wrapped(values, unit)
+    found = find_wraps(values, unit)
     ends = np.abs(np.diff(values))[[*range(8), *range(-8, 0)]].max() > 0.5 * turn
     # A steady step that divides the turn may never come near both of its ends.
     unsure = ends or jumps == 0 or np.ptp(values) < 0.98 * turn
@@ -79,15 +79,17 @@ def test_a_turn_that_is_passed_is_named(
 
 def test_to_and_fro_across_an_end_and_a_counter_of_another_size() -> None:
     place = 900.0 * np.sin(6.0 * T) + 0.05 * NOISE
-    assert wrapped((place + 180.0) % 360.0 - 180.0, "deg")[0].endswith("row 35")
-    assert " at 4000," in wrapped(np.floor(3e4 * T) % 4000.0, "")[0]
-    assert wrapped(np.floor(3e4 * T) % 4000.0, "um") == []
+    assert find_wraps((place + 180.0) % 360.0 - 180.0, "deg")[0].endswith("row 35")
+    assert " at 4000," in find_wraps(np.floor(3e4 * T) % 4000.0, "")[0]
+    assert find_wraps(np.floor(3e4 * T) % 4000.0, "um") == []
 
 
 def test_a_clipped_measurement_is_saturated_and_a_planned_trapezoid_is_not() -> None:
     swing = 2.0 * np.sin(9.0 * T)
-    assert "stay at 1.6: saturated" in saturated(np.minimum(swing + 0.01 * NOISE, 1.6))[0]
-    assert saturated(np.clip(np.abs(2e-3 * (np.arange(N) % 1000 - 500.0)) - 0.1, 0.0, 0.6)) == []
+    assert "stay at 1.6: saturated" in find_saturation(np.minimum(swing + 0.01 * NOISE, 1.6))[0]
+    assert (
+        find_saturation(np.clip(np.abs(2e-3 * (np.arange(N) % 1000 - 500.0)) - 0.1, 0.0, 0.6)) == []
+    )
 
 
 def csv(path: Path, **columns: np.ndarray) -> Path:

@@ -15,7 +15,7 @@ import pytest
 from macromicro.commands._timing import _as_json, _edges, table
 from macromicro.control.live import messages as m
 from macromicro.serve import measuring
-from macromicro.serve.faults import LATE, described
+from macromicro.serve.faults import LATE, describe
 from macromicro.serve.measuring import Latency
 from macromicro.serve.settings import LiveSettings, load
 from tests.command import command
@@ -106,7 +106,7 @@ def test_the_table_and_the_json_say_the_same() -> None:
 
 def test_a_run_without_a_single_period() -> None:
     empty = np.empty(0)
-    none = GOT._replace(late=empty, work=empty, fault=described(LATE, 0.5, 0.1, 0.0))
+    none = GOT._replace(late=empty, work=empty, fault=describe(LATE, 0.5, 0.1, 0.0))
     assert "nan" in list(table(none, LiveSettings()))[1]
     found = _as_json(none, LiveSettings())
     assert found["late"]["p50_s"] is None

@@ -25,7 +25,7 @@ class Turned(rig.CompiledTwin):
 def stage(name: str, *, turned: bool = False) -> tuple[Place, Options, Any]:
     """What is commissioned, how, and its settings for the comparison."""
     chosen, tree = machine.load(MACHINES / name)
-    kind = kinds.named(chosen.name)
+    kind = kinds.by_name(chosen.name)
     assert kind is not None
     made = Turned if turned else rig.CompiledTwin
     gains = tree.controller

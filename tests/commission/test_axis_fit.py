@@ -71,7 +71,7 @@ def test_the_model_finds_the_axis(monkeypatch: pytest.MonkeyPatch) -> None:
     late = 3
     truth = PLAIN._replace(offset=0.1, lag=late * 1e-3)
     rig = Virtual(truth, late=late, ripple=0.05)
-    found = _axis_fit.fitted(strokes(rig), 1e-3, 1.2, 0.04)
+    found = _axis_fit.fit_axis(strokes(rig), 1e-3, 1.2, 0.04)
     for name in ("mass", "viscous", "coulomb", "offset"):
         error = getattr(found.axis, name) - getattr(truth, name)
         assert abs(error) <= 1.2 * found.half_width(name), name
@@ -96,7 +96,9 @@ def test_a_drop_of_friction_is_found_though_none_is_the_nearer_beginning() -> No
     truth = Axis(0.487, 15.0, 0.767, stribeck=0.097, stribeck_speed=0.0274, lag=1e-3)
     on = Stand(session(rig := Virtual(truth, late=1)), 1e-3, 1e-5)
     ways = Direction(1.0, 0.864, 0.864, 0.01, 0.0)
-    found = _axis_fit.fitted(excite(on, ways, ENDS, Caution(8.0, 0.5), 0.02), rig.dt, 0.864, 0.0086)
+    found = _axis_fit.fit_axis(
+        excite(on, ways, ENDS, Caution(8.0, 0.5), 0.02), rig.dt, 0.864, 0.0086
+    )
     assert found.axis.coulomb == pytest.approx(truth.coulomb, rel=0.018)
     assert found.axis.lag == pytest.approx(truth.lag, abs=2e-4)  # without the drop: none
     assert found.rms < 2e-5
@@ -107,7 +109,7 @@ def test_a_limit_of_the_force_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_exciting, "STROKES", 4)
     back = 0.2
     rig = Virtual(PLAIN._replace(limit=2.5, back=back))
-    found = _axis_fit.fitted(strokes(rig), 1e-3, 1.2, 0.012)
+    found = _axis_fit.fit_axis(strokes(rig), 1e-3, 1.2, 0.012)
     assert found.axis.limit == pytest.approx(2.5, rel=0.03)
     assert found.axis.mass == pytest.approx(0.1, rel=0.03)
     assert found.axis.back == pytest.approx(back, abs=0.1)
@@ -120,7 +122,7 @@ def test_friction_along_the_travel_is_felt_where_it_is() -> None:
     t = np.arange(300) * 1e-3
     u = np.full(300, 2.0)
     one = Record(t, u, simulate(PLAIN, u, 1e-3))
-    strokes = _axis_fit.cut([one], 1e-3)
+    strokes = _axis_fit.as_strokes([one], 1e-3)
     names = ("mass", "viscous")
     prior = np.zeros(2 + _axis_fit.KNOTS), np.full(2 + _axis_fit.KNOTS, np.inf)
     model = _axis_fit.Sliding(names, PLAIN, 1.2, *prior, strokes.places, strokes.every)
@@ -146,13 +148,13 @@ def test_the_speed_that_bristles_take_costs_nothing() -> None:
     """Strokes that begin later and slower than rest have the same model."""
     rig = Virtual(PLAIN)
     made = strokes(rig)
-    plain = _axis_fit.fitted(made, 1e-3, 1.2, 0.012)
+    plain = _axis_fit.fit_axis(made, 1e-3, 1.2, 0.012)
     fall = PLAIN.viscous / PLAIN.mass
     lost = [
         one._replace(x=one.x - math.copysign(2e-4, one.x[-1] - one.x[0]) * -np.expm1(-fall * one.t))
         for one in made
     ]
-    found = _axis_fit.fitted(lost, 1e-3, 1.2, 0.012)
+    found = _axis_fit.fit_axis(lost, 1e-3, 1.2, 0.012)
     assert found.axis.mass == pytest.approx(plain.axis.mass, rel=2e-3)
     assert found.axis.viscous == pytest.approx(plain.axis.viscous, rel=2e-3)
 

@@ -72,7 +72,7 @@ def test_a_stage_is_calibrated_from_where_it_stands(
     with Session(ReferencedTwin(machine.kind, settings, 1), 1e-3) as session:
         stand = Stand(session, 1e-3, float(settings.encoder.pitch))
         assert stand.position() == 0.0
-        found = calibrating.calibrated(
+        found = calibrating.calibrate(
             machine,
             settings,
             (Shifted(stand),),
@@ -85,7 +85,7 @@ def test_a_stage_is_calibrated_from_where_it_stands(
     assert found.settings.correction.period == pytest.approx(5e-3)
     assert np.hypot(*found.settings.correction.waves[:2]) == pytest.approx(20e-6, rel=0.1)
     assert np.std(found.verified.deviation) < 0.2 * np.std(found.before.deviation)
-    assert calibrating.included(SCREW).startswith('include = "calibration.toml"\n')
+    assert calibrating.include_corrections(SCREW).startswith('include = "calibration.toml"\n')
 
 
 @pytest.mark.slow  # a minute: from the first motion to the calibration

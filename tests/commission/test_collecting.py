@@ -178,7 +178,7 @@ def test_curves_of_a_wire_are_those_of_its_sheet(contraction: Recording, tmp_pat
     top = int(np.argmax(np.diff(u) < 0.0))  # heating first, from cold; then all the way down
     low = top + int(np.argmax(np.diff(u[top:]) > 0.0))
     load = wire_sheets.pull(tree, 0.5 * wire_sheets.way(tree))
-    at = wire_sheets.shifted(tree, load)
+    at = wire_sheets.shift_temperatures(tree, load)
     wide = volts * (at.heat_start + at.heat_end - at.cool_start - at.cool_end) / 2.0
     late = 2.0 * (u.max() - u[low]) / SLOW  # heat lags behind by one time constant
     assert half(slice(0, top)) - half(slice(top, low)) == pytest.approx(wide + late, rel=0.08)

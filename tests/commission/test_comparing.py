@@ -24,7 +24,7 @@ def chosen(rules: tuple[float, str], search: tuple[float, str]) -> Tuned:
         order.append(bool(one.gains))
         return search if one.gains else rules
 
-    found = _verifying.faster(_verifying.compared(tried, FOUND), FOUND)
+    found = _verifying.faster(_verifying.compare(tried, FOUND), FOUND)
     assert order == [False, True]  # what is surely sound first
     return found
 

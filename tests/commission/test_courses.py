@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.courses import Corner, course, decaying, driven, played, quiet
+from macromicro.commission.courses import Corner, course, decaying, drive, play, quiet
 from macromicro.commission.stand import SENSOR, Caution, CommissionError, Record, Stand
 from macromicro.place import ANGLE
 
@@ -47,7 +47,7 @@ def test_a_course_is_played_as_it_is() -> None:
     rig = Virtual(PLAIN._replace(coulomb=50.0))
     on = Stand(session(rig), rig.dt, rig.pitch)
     efforts = course([Corner(1.0, 0.01, 20.0), Corner(0.0, 0.01, 20.0)], DT)
-    record = played(on, efforts, Caution(5.0, 1.0))
+    record = play(on, efforts, Caution(5.0, 1.0))
     assert record.u[: len(efforts)].tolist() == efforts.tolist()
     assert rig.log[: len(efforts)] == efforts.tolist()
 
@@ -56,14 +56,14 @@ def test_a_limit_ends_a_course() -> None:
     rig = Virtual()
     on = Stand(session(rig), rig.dt, rig.pitch)
     with pytest.raises(CommissionError, match=r"the window at 5 V"):
-        played(on, np.full(500, 5.0), Caution(5.0, math.inf, high=1e-3))
+        play(on, np.full(500, 5.0), Caution(5.0, math.inf, high=1e-3))
     assert rig.effort == 0.0
 
 
 def test_efforts_stay_above_the_lowest() -> None:
     rig = Virtual(PLAIN._replace(coulomb=50.0))
     on = Stand(session(rig), rig.dt, rig.pitch)
-    played(on, np.array([0.0, -5.0, 5.0]), Caution(4.0, math.inf, lowest=-1.0))
+    play(on, np.array([0.0, -5.0, 5.0]), Caution(4.0, math.inf, lowest=-1.0))
     assert rig.log[:3] == [0.0, -1.0, 4.0]
 
 
@@ -78,7 +78,7 @@ class Passed:
 
 def test_a_limit_that_was_passed_before_any_effort_is_told_in_the_stages_unit() -> None:
     with pytest.raises(CommissionError, match="passed the window at 0 V, 180 deg"):
-        driven(Passed(), lambda *state: 0.0, 1.0, Caution(1.0, 1.0))  # type: ignore[arg-type]
+        drive(Passed(), lambda *state: 0.0, 1.0, Caution(1.0, 1.0))  # type: ignore[arg-type]
 
 
 class Silent(Passed):
@@ -89,6 +89,6 @@ class Silent(Passed):
 
 
 def test_a_sensor_without_values_is_told_and_is_no_limit() -> None:
-    for run in (quiet, lambda stand, caution: driven(stand, lambda *state: 0.0, 1.0, caution)):
+    for run in (quiet, lambda stand, caution: drive(stand, lambda *state: 0.0, 1.0, caution)):
         with pytest.raises(CommissionError, match="sensor gives no value"):
             run(Silent(), Caution(1.0, 1.0))  # type: ignore[arg-type]

@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission._probing import Direction, Ends, FrictionMap, mapped, started
+from macromicro.commission._probing import (
+    Direction,
+    Ends,
+    FrictionMap,
+    find_breakaway,
+    map_friction,
+)
 from macromicro.commission.stand import Caution, Stand
 
 EFFORTS = st.lists(st.floats(0.1, 5.0), min_size=2, max_size=7)
@@ -44,10 +50,12 @@ def test_what_the_speed_takes_is_not_taken_for_friction() -> None:
     on = Stand(session(rig), rig.dt, rig.pitch)
     known = Direction(1.0, 1.0, 1.0, 0.0, 0.0)
     caution = Caution(10.0, 0.02)
-    one = started(on, 1.0, caution, 0.0, 0.8)
+    one = find_breakaway(on, 1.0, caution, 0.0, 0.8)
     count = 60.0 * rig.pitch / 0.02  # V; one more or less in the hold's second half
     assert one.effort - 1.0 == pytest.approx(60.0 * one.speed, abs=count)
-    found = mapped(on, known, Ends(on.position() - 0.02, on.position() + 0.02, False), caution)
+    found = map_friction(
+        on, known, Ends(on.position() - 0.02, on.position() + 0.02, False), caution
+    )
     assert len(found.places) == 7
     assert found.mean > 1.03
     assert found.breakaway(60.0) == pytest.approx(1.0, abs=0.02)

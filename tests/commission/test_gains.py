@@ -35,7 +35,7 @@ def with_gains(made: Any, found: dict[str, str]) -> Any:
 
 @pytest.fixture(scope="module")
 def found() -> Any:
-    return _axis_gains.searched(slow(), UNSURE)
+    return _axis_gains.search_gains(slow(), UNSURE)
 
 
 @pytest.mark.slow
@@ -55,7 +55,7 @@ def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
 @pytest.mark.slow
 def test_the_search_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_axis_gains, "_EVALUATIONS", 20)
-    assert _axis_gains.searched(slow(), UNSURE) == _axis_gains.searched(slow(), UNSURE)
+    assert _axis_gains.search_gains(slow(), UNSURE) == _axis_gains.search_gains(slow(), UNSURE)
 
 
 @pytest.mark.slow
@@ -66,11 +66,11 @@ def test_nothing_is_taken_that_is_hardly_better_or_comes_too_near(
     made = slow()
     with monkeypatch.context() as hardly:
         hardly.setattr(_verifying, "BETTER", 0.0)
-        assert _axis_gains.searched(made, UNSURE) == Tuned()
+        assert _axis_gains.search_gains(made, UNSURE) == Tuned()
     # Looked at on few models a design may seem right that on all is not.
     monkeypatch.setattr(_axis_gains, "LEAST", _axis_gains.robust(made, UNSURE).least.modulus)
     monkeypatch.setattr(_axis_gains, "_SPARE", 0.6)
-    tuned = _axis_gains.searched(made, UNSURE)
+    tuned = _axis_gains.search_gains(made, UNSURE)
     if tuned.gains:
         least = _axis_gains.robust(with_gains(made, tuned.gains), UNSURE).least.modulus
         assert least >= _axis_gains.LEAST
@@ -87,7 +87,7 @@ def test_models_differ_in_what_is_unsure_and_in_friction() -> None:
 
 
 def test_another_law_keeps_its_gains() -> None:
-    assert _axis_gains.searched(slow()._replace(law="mylab.laws:one"), UNSURE) == Tuned()
+    assert _axis_gains.search_gains(slow()._replace(law="mylab.laws:one"), UNSURE) == Tuned()
 
 
 def test_a_search_ends_where_its_progress_says_so() -> None:
@@ -95,7 +95,7 @@ def test_a_search_ends_where_its_progress_says_so() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        _axis_gains.searched(slow(), UNSURE, enough)
+        _axis_gains.search_gains(slow(), UNSURE, enough)
 
 
 def test_units_are_those_of_the_machine() -> None:
@@ -104,5 +104,5 @@ def test_units_are_those_of_the_machine() -> None:
     plan = planning.plan(_axis_gains.programme(slow()), slow())
     subject = Stage(machine.named("axis", "machine"), slow(), plan)
     made = search(subject, "settling", {}, Budget(1))
-    text = _axis_gains.tuned(rotary, made, 1.0, 0.5).gains["controller.velocity"]
+    text = _axis_gains.as_tuned(rotary, made, 1.0, 0.5).gains["controller.velocity"]
     assert text.endswith(' V*s/rad"')

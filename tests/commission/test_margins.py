@@ -40,7 +40,7 @@ def test_of_one_pole_it_is_stable_up_to_a_quarter_of_a_turn(late: float, stable:
 def test_what_may_spoil_the_loop_is_said_with_its_remedy() -> None:
     def doubts(*gains: float) -> tuple[str, ...]:
         found = margins.robust(F, integrator(50.0), map(integrator, gains))
-        return margins.told(found, "longer records").doubts
+        return margins.as_robustness(found, "longer records").doubts
 
     assert doubts(40.0, 60.0) == ()
     assert doubts(40.0, 60.0, 220.0)[0].endswith("the loop may ring.")
@@ -50,6 +50,6 @@ def test_what_may_spoil_the_loop_is_said_with_its_remedy() -> None:
 
 
 def test_a_line_each() -> None:
-    rows = margins.told(margins.robust(F, integrator(50.0), [integrator(80.0)]), "").rows
+    rows = margins.as_robustness(margins.robust(F, integrator(50.0), [integrator(80.0)]), "").rows
     assert [row[3] for row in rows] == ["Hz", "deg", "", ""]
     assert rows[2][1:3] == ("6.28", ">= 3.93")

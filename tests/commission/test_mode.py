@@ -62,7 +62,7 @@ def passes(at: str, frequency: float = HELD) -> tuple[Any, list[Record]]:
 @pytest.fixture(scope="module")
 def inner() -> tuple[Any, list[Record], Mode]:
     tree, made = passes(MOTOR)
-    seen = _mode.found(made, tree.timing.period)
+    seen = _mode.find_mode(made, tree.timing.period)
     assert seen is not None
     return tree, made, seen
 
@@ -70,7 +70,7 @@ def inner() -> tuple[Any, list[Record], Mode]:
 @pytest.fixture(scope="module")
 def outer() -> tuple[Any, Mode]:
     tree, made = passes(LOAD)
-    seen = _mode.found(made, tree.timing.period)
+    seen = _mode.find_mode(made, tree.timing.period)
     assert seen is not None
     return tree, seen
 
@@ -179,12 +179,12 @@ def rung(shape: Shape, count: int = 8, noise: float = 1e-7) -> list[Record]:
 
 
 def test_a_stiff_axis_has_no_mode_and_a_weak_one_is_found() -> None:
-    stiff = _mode.found(rung(Shape(20.0, 4e-4, 3e-4)), 1e-3)
+    stiff = _mode.find_mode(rung(Shape(20.0, 4e-4, 3e-4)), 1e-3)
     assert stiff is not None and not stiff.found and stiff.errors == {}
     said = _axis_page.mode_doubts(stiff, 1e-3)
     assert len(said) == 1 and said[0].startswith("No mode")
     assert "Neither" in _axis_page.mode_doubts(stiff._replace(left=1e3), 1e-3)[0]
-    weak = _mode.found(rung(Shape(20.0, 4e-4, 3e-4, 120.0, 0.93, 0.03)), 1e-3)
+    weak = _mode.find_mode(rung(Shape(20.0, 4e-4, 3e-4, 120.0, 0.93, 0.03)), 1e-3)
     assert weak is not None and weak.found and weak.shape.at == MOTOR
     assert weak.shape.resonance == pytest.approx(120.0, rel=0.01)
     assert weak.shape.held == pytest.approx(0.93 * 120.0, rel=0.01)
@@ -194,7 +194,7 @@ def test_a_stiff_axis_has_no_mode_and_a_weak_one_is_found() -> None:
 def test_an_antiresonance_at_the_resonance_is_no_mode() -> None:
     """Such a pair takes itself away: it would slow the gains down for nothing."""
     said = [
-        _mode.found(rung(Shape(20.0, 4e-4, 3e-4, 40.0, ratio, 0.01)), 1e-3)
+        _mode.find_mode(rung(Shape(20.0, 4e-4, 3e-4, 40.0, ratio, 0.01)), 1e-3)
         for ratio in (0.99, 0.97)
     ]
     assert [one is not None and one.found for one in said] == [False, True]
@@ -204,8 +204,8 @@ def test_what_shows_nothing_is_no_stiff_axis() -> None:
     random = np.random.default_rng(5)
     t = np.arange(1400) * 1e-3
     made = [Record(t, np.sin(50.0 * t * t), random.standard_normal(1400)) for _ in range(6)]
-    assert _mode.found(made, 1e-3) is None
-    assert _mode.found(made[:2], 1e-3) is None
+    assert _mode.find_mode(made, 1e-3) is None
+    assert _mode.find_mode(made[:2], 1e-3) is None
     assert "are unknown" in _axis_page.mode_doubts(None, 1e-3)[0]
     _axis_page.bode(None)
 
@@ -244,7 +244,7 @@ def test_the_machine_s_file_has_the_mode_and_a_notch_that_makes_it_quicker() -> 
     bare = read({k: v for k, v in values.items() if k != found_settings.NOTCH})
     rates = [deriving.bandwidth(t) for t in (bare, tree, plain)]
     assert 1.1 * rates[0] < rates[1] < rates[2]
-    turned = read(axis_settings.turned(values), "rotary")
+    turned = read(axis_settings.as_rotary(values), "rotary")
     f = np.array([3.0, 36.0, 61.0, 200.0])
     level = tree._replace(load=tree.load._replace(incline=0.0))
     assert sheets.plant(turned, f) == pytest.approx(sheets.plant(level, f), rel=1e-6)

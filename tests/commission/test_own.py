@@ -110,7 +110,7 @@ def test_an_installed_kind_is_found_by_its_machine(
     def registered(group: str) -> dict[str, str]:
         return points if group == kinds.GROUP else {}
 
-    monkeypatch.setattr(plugins, "registered", registered)
+    monkeypatch.setattr(plugins, "entry_points", registered)
     place: Any = places.virtual(Path("coil.toml"))
     assert place.kind.name == "mylab.machines:flexure" and not place.kind.one_way
     points["mylab.machines:flexure"] = "mylab.rigs:no_kind"

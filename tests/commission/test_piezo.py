@@ -100,11 +100,11 @@ def test_the_file_runs_and_the_page_shows_it(done: Done) -> None:
 @pytest.mark.slow
 def test_what_was_kept_is_enough_for_the_model(done: Done) -> None:
     found, place, options, out, _ = done
-    kept = _store.read(out, place.kind, place.asked(options))
-    again = piezo.fitted(Work(found.work.stand, options, kept))
+    kept = _store.read_steps(out, place.kind, place.asked(options))
+    again = piezo.fit(Work(found.work.stand, options, kept))
     assert again == found.model
     with pytest.raises(InputError, match="kind"):
-        _store.read(out, place.kind, {**place.asked(options), "kind": "wire"})
+        _store.read_steps(out, place.kind, {**place.asked(options), "kind": "wire"})
 
 
 def swings(p: prandtl.Prandtl, share: float, dt: float) -> list[Record]:
@@ -134,7 +134,7 @@ def test_loops_and_creep_are_found_together() -> None:
     assert found.width == pytest.approx(width / found.stroke, rel=1e-2)
     none = _piezo_fit.fitted_loops(swings(prandtl.operator(r, w), 0.0, dt), dt)
     assert none.creep < 1e-4
-    u, x, left_over = _piezo_fit.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
+    u, x, left_over = _piezo_fit.predict(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
     assert len(u) == len(x) and np.abs(left_over).max() < 2e-3 * found.stroke
 
 

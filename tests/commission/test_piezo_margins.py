@@ -25,7 +25,7 @@ def model(tree: Any, stroke: float = 0.0, swing: tuple[float, ...] = (0.0,) * 4)
     """What may have been found; standard deviations are parts of the values."""
     size = tree.stack.stroke
     loop = Loops((0.0,), (1e-6,), 0.01, size, 0.1, (0.0, stroke * size, 0.0), (), 0.0)
-    hertz, damping = piezo_sheets.loaded(tree.guide), tree.hidden.damping
+    hertz, damping = piezo_sheets.loaded_resonance(tree.guide), tree.hidden.damping
     values = (hertz, damping, 1e-4, 100.0)
     wide = tuple(np.multiply(swing, values).tolist())
     return Model(loop, Swing(*values, False, wide, ()))

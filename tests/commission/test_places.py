@@ -43,7 +43,7 @@ def test_every_kind_of_stage_has_its_own_steps() -> None:
         # What a person knows: the range of the D/A. Nothing of it is below zero for a wire.
         assert (place.lowest, place.effort) == (tree.controller.low, tree.controller.high)
     assert {m.name for m in machine.MACHINES} == set(kinds.NAMES)
-    assert kinds.named("crane") is None
+    assert kinds.by_name("crane") is None
 
 
 def test_a_kind_that_cannot_be_commissioned_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,16 +61,16 @@ def test_a_rig_of_one_s_own_may_not_say_its_largest_effort(
         "def blind(seed):\n    rig = Virtual()\n    rig.channels = ('hall',)\n    return rig\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
-    place = places.own("minelab:bench", 5e-6, 0)
+    place = places.own_place("minelab:bench", 5e-6, 0)
     assert place.real and place.pitch == 5e-6
     assert math.isnan(place.effort)
     assert place.kind.name == "axis" and place.lowest is None
-    other = places.own("minelab:bench", 5e-6, 0, "piezo", -2.0)
+    other = places.own_place("minelab:bench", 5e-6, 0, "piezo", -2.0)
     assert other.kind.name == "piezo" and other.lowest == -2.0
-    assert places.own("minelab:bench", 5e-6, 0, "wire").lowest == 0.0
+    assert places.own_place("minelab:bench", 5e-6, 0, "wire").lowest == 0.0
     with pytest.raises(InputError, match="encoder"):
-        places.own("minelab:blind", 5e-6, 0)
+        places.own_place("minelab:blind", 5e-6, 0)
     with pytest.raises(InputError, match="--kind"):
-        places.own("minelab:bench", 5e-6, 0, "crane")
+        places.own_place("minelab:bench", 5e-6, 0, "crane")
     with pytest.raises(InputError, match="--lowest"):
-        places.own("minelab:bench", 5e-6, 0, "axis", -2.0)
+        places.own_place("minelab:bench", 5e-6, 0, "axis", -2.0)

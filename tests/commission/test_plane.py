@@ -168,7 +168,7 @@ def test_a_machine_of_two_axes_is_commissioned(tmp_path: Path) -> None:
 
 
 def test_two_rigs_are_places_of_a_files_pitches_and_drives(lab: str) -> None:
-    pair, places = plane.own(Path("xy.toml"), f"{lab}:x+{lab}:weak", 0)
+    pair, places = plane.own_places(Path("xy.toml"), f"{lab}:x+{lab}:weak", 0)
     tree = compositions.load(Path("xy.toml"))[1]
     assert [place.name for place in places] == [f"axis x on {lab}:x", f"axis y on {lab}:weak"]
     assert [place.effort for place in places] == [tree.x.controller.limit, 3.0] and LIVE.motor > 3.0
@@ -179,7 +179,7 @@ def test_two_rigs_are_places_of_a_files_pitches_and_drives(lab: str) -> None:
 def test_both_are_open_and_the_other_has_no_effort(
     lab: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pair, places = plane.own(Path("xy.toml"), f"{lab}:x+{lab}:y", 0)
+    pair, places = plane.own_places(Path("xy.toml"), f"{lab}:x+{lab}:y", 0)
     x, y = (session._rig for session in pair.rigs)
 
     def commission(place: running.Place, *args: Any, **options: Any) -> Any:

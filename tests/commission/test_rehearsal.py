@@ -42,20 +42,20 @@ def test_a_slow_axis_with_a_fine_encoder_is_given_what_it_can_hold() -> None:
     tree = config.overridden(axis().settings, SLOW, "found")
     counts, known = 4.0 * tree.encoder.pitch, tree.arrival.tolerance
     assert 2.0 * counts < known < 100e-6 and late(tree, counts) >= 2
-    assert late(tree, known) == 0 and _axis_gains.rested(axis(), tree) is None
+    assert late(tree, known) == 0 and _axis_gains.settling_time(axis(), tree) is None
 
 
 def test_a_model_that_rests_less_closely_than_expected_is_given_more() -> None:
     tree = config.overridden(axis().settings, SLOW, "found")
     arrival = tree.arrival._replace(tolerance=4.0 * tree.encoder.pitch)
-    found = _axis_gains.rested(axis(), tree._replace(arrival=arrival))
+    found = _axis_gains.settling_time(axis(), tree._replace(arrival=arrival))
     assert found is not None and 2.0 * arrival.tolerance < found < 100e-6
     assert late(tree, found) == 0
 
 
 def test_an_axis_that_rests_on_its_counts_keeps_them() -> None:
     tree = axis().settings
-    assert _axis_gains.arrives(axis(), tree) and _axis_gains.rested(axis(), tree) is None
+    assert _axis_gains.arrives(axis(), tree) and _axis_gains.settling_time(axis(), tree) is None
 
 
 def test_what_is_not_known_is_drawn_either_way_under_the_same_law() -> None:
@@ -71,4 +71,4 @@ def test_a_fault_is_no_arrival() -> None:
     tree = axis().settings
     strict = tree._replace(guard=tree.guard._replace(error=1e-6))
     assert not _axis_gains.arrives(axis(), strict)
-    assert _axis_gains.rested(axis(), strict) is None
+    assert _axis_gains.settling_time(axis(), strict) is None

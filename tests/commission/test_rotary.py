@@ -31,7 +31,7 @@ DEG = math.pi / 180.0
 
 
 def test_it_is_a_kind_whose_efforts_go_both_ways() -> None:
-    assert kinds.named("rotary") is rotary.KIND and rotary.KIND.place is ANGLE
+    assert kinds.by_name("rotary") is rotary.KIND and rotary.KIND.place is ANGLE
     place = places.virtual(DISC)
     assert place.kind is rotary.KIND and place.lowest is None and place.effort == 10.0
     assert place.pitch == pytest.approx(2.0 * math.pi / 2048)
@@ -67,7 +67,7 @@ def test_the_machine_that_follows_turns_and_has_the_same_equations() -> None:
     found = Axis(0.02, 0.6, 0.15, 0.0, 0.0, 0.03, 0.02, 2e-4)
     around = Around(1.0, 8.0, 1e-4, 1e-3, 5.0, 20.0, 0.01)
     slides = axis_settings.values(found, around)
-    text = axis_settings.as_toml(axis_settings.turned(slides), "Found.", "rotary")
+    text = axis_settings.as_toml(axis_settings.as_rotary(slides), "Found.", "rotary")
     table = parsed_toml(text, "text")
     table.pop(config.MACHINE)
     tree = config.overridden(machines.named("rotary", "").settings, table, "text")  # type: ignore[union-attr]
@@ -96,7 +96,7 @@ def test_one_that_turns_on_has_a_window_and_no_stops(tmp_path: Path) -> None:
     found = Axis(0.02, 0.6, 0.15, 0.0, 0.0, 0.03, 0.02, 2e-4)
     slides = axis_settings.values(found, Around(1.0, 8.0, 1e-4, 1e-3, 6.0, 20.0, 0.01))
     text = axis_settings.as_toml(
-        axis_settings.endless(axis_settings.turned(slides)), "Found.", "rotary"
+        axis_settings.endless(axis_settings.as_rotary(slides)), "Found.", "rotary"
     )
     table = parsed_toml(text, "text")
     table.pop(config.MACHINE)

@@ -186,18 +186,18 @@ def test_what_was_kept_is_read_back(
 ) -> None:
     found, out, _ = done
     asked = place().asked(OPTIONS)
-    kept = _store.read(out, axis.KIND, asked)
+    kept = _store.read_steps(out, axis.KIND, asked)
     assert kept[axis.DIRECTION] == found.work[axis.DIRECTION]
     assert kept[axis.FRICTION] == found.work[axis.FRICTION]
     both = [(kept[k], found.work[k]) for k in (axis.STROKES, axis.MODES)]
     for one, other in (pair for two in both for pair in zip(*two, strict=True)):
         assert (one.x == other.x).all() and (one.u == other.u).all()
     with pytest.raises(InputError, match="effort"):
-        _store.read(out, axis.KIND, place().asked(OPTIONS._replace(effort=7.0)))
+        _store.read_steps(out, axis.KIND, place().asked(OPTIONS._replace(effort=7.0)))
     (tmp_path / f"{_store.FOLDER}-weight.json").write_text("{")
     with pytest.raises(InputError, match="damaged"):
-        _store.read(tmp_path, axis.KIND, asked)
-    assert _store.read(tmp_path / "none", axis.KIND, asked) == {}
+        _store.read_steps(tmp_path, axis.KIND, asked)
+    assert _store.read_steps(tmp_path / "none", axis.KIND, asked) == {}
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def stand(made: Virtual) -> Stand:
 
 
 def found(on: Stand) -> _gravity.Weight:
-    return _gravity.balanced(on, FREE, SPEED, LIFTED, WINDOW)
+    return _gravity.balance(on, FREE, SPEED, LIFTED, WINDOW)
 
 
 def test_gravity_seen_from_elsewhere_is_the_same() -> None:
@@ -129,11 +129,11 @@ def test_what_no_effort_brings_off_its_end_is_said(monkeypatch: pytest.MonkeyPat
         asked.append((at.sign, at.hold, at.pull, tuple(ends)))
         return lifted if len(asked) == 1 else None
 
-    monkeypatch.setattr(_gravity, "_lifted", off)
-    assert _gravity._begun(on, FREE, SPEED, LIFTED) == (lifted, started)
+    monkeypatch.setattr(_gravity, "_lift_off", off)
+    assert _gravity._first_hold(on, FREE, SPEED, LIFTED) == (lifted, started)
     assert asked == [(1.0, 0.0, Pull(), (-1.0,))]
     with pytest.raises(CommissionError, match=r"stands at an end, and 10 V do not move it away"):
-        _gravity._begun(on, FREE, SPEED, LIFTED)
+        _gravity._first_hold(on, FREE, SPEED, LIFTED)
 
 
 def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
@@ -148,7 +148,7 @@ def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
 
 def test_what_it_may_be_given_must_hold_its_load() -> None:
     with pytest.raises(CommissionError, match=r"up to 5.* V on its eccentric load.*Balance it, or"):
-        _gravity.balanced(stand(rig(6.0, 80.0 * DEG)), Caution(4.0, math.inf), 0.5, 0.02, WINDOW)
+        _gravity.balance(stand(rig(6.0, 80.0 * DEG)), Caution(4.0, math.inf), 0.5, 0.02, WINDOW)
 
 
 def test_a_torque_is_gravity_s_where_sine_and_cosine_explain_it() -> None:
@@ -172,7 +172,7 @@ def test_an_eccentric_load_is_commissioned(sign: float, monkeypatch: pytest.Monk
     made = rig(2.5, angle, sign)
     work = Work(stand(made), LIMITS)
     procedure.perform(rotary.KIND, work, lambda step, intent: None, lambda step, found: None)
-    made_of = axis.fitted(work)
+    made_of = axis.fit(work)
     told = rotary.estimates(made_of)
     assert told["unbalance"].value == pytest.approx(2.5, abs=told["unbalance"].half + 0.01)
     # In counts: where they fall it hangs at the other side.

@@ -24,7 +24,7 @@ def stand(rig: Virtual) -> Stand:
 def test_an_axis_that_stays_has_no_weight() -> None:
     rig = Virtual()
     on = stand(rig)
-    assert _gravity.held(on, FREE, SPEED, 1e-3) == _gravity.Weight(0.0, 0.0)
+    assert _gravity.find_weight(on, FREE, SPEED, 1e-3) == _gravity.Weight(0.0, 0.0)
     assert on.hold == rig.most == 0.0
 
 
@@ -32,7 +32,7 @@ def test_an_axis_that_stays_has_no_weight() -> None:
 def test_a_weight_is_lifted_held_and_measured(sign: float, down: float) -> None:
     rig = Virtual(HEAVY._replace(offset=3.0 * down), sign=sign)
     on = stand(rig)
-    found = _gravity.held(on, FREE, SPEED, 1e-3)
+    found = _gravity.find_weight(on, FREE, SPEED, 1e-3)
     # The encoder's sign changes nothing: the hold is an effort at the D/A.
     assert found.hold == on.hold == pytest.approx(3.0 * down, abs=0.05)
     assert found.breakaway == pytest.approx(1.2, abs=0.05)
@@ -59,7 +59,7 @@ def test_a_weight_is_lifted_held_and_measured(sign: float, down: float) -> None:
 )
 def test_what_cannot_be_held_is_said(rig: Virtual, most: float, words: str) -> None:
     with pytest.raises(CommissionError, match=words):
-        _gravity.held(stand(rig), Caution(most, math.inf), SPEED, 1e-3)
+        _gravity.find_weight(stand(rig), Caution(most, math.inf), SPEED, 1e-3)
     assert rig.effort == 0.0
     assert rig.most <= most
 
@@ -82,7 +82,7 @@ def test_an_axis_with_a_weight_is_commissioned(monkeypatch: pytest.MonkeyPatch) 
     rig = Virtual(HEAVY, dt=2e-3, late=1, ripple=0.02, sign=-1.0)
     work = Work(Stand(session(rig), rig.dt, rig.pitch), Options(8.0, 1.0, SPEED, 0.3))
     procedure.perform(axis.KIND, work, lambda step, intent: None, lambda step, found: None)
-    found = axis.fitted(work)
+    found = axis.fit(work)
     # Counts fall while it rises, and the weight pulls towards higher counts.
     assert found.whole.offset == pytest.approx(-3.0, abs=0.05)
     assert found.axis.mass == pytest.approx(PLAIN.mass, rel=0.03)

@@ -89,13 +89,13 @@ def test_the_file_runs_and_says_what_was_found(done: Done, monkeypatch: pytest.M
     assert tree.controller.kp == pytest.approx(answer * wire_sheets.bandwidth(tree) / model.up)
     page = (out / report.PAGE).read_text()
     assert page.count("data:image/png;base64,") == len(place.kind.figures) + 1
-    kept = _store.read(out, place.kind, place.asked(done[2]))
+    kept = _store.read_steps(out, place.kind, place.asked(done[2]))
     stand = found.work.stand
-    assert wire.fitted(Work(stand, done[2], kept)).heat == heat
+    assert wire.fit(Work(stand, done[2], kept)).heat == heat
     # A sensor without noise is uncertain by its steps.
     quiet = {**kept, wire.WARMTH: kept[wire.WARMTH]._replace(noise=0.0)}
-    monkeypatch.setattr(_wire_fit, "fitted", lambda records, dt, way, noise: noise)
-    assert wire.fitted(Work(stand, done[2], quiet)) == stand.pitch / math.sqrt(12.0)
+    monkeypatch.setattr(_wire_fit, "fit_wire", lambda records, dt, way, noise: noise)
+    assert wire.fit(Work(stand, done[2], quiet)) == stand.pitch / math.sqrt(12.0)
 
 
 @given(st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
@@ -118,7 +118,7 @@ def test_a_branch_ends_where_it_ends() -> None:
 def record(p: Heat, efforts: list[tuple[float, float]], dt: float = 5e-3) -> Record:
     u = np.concatenate([np.full(round(s / dt), v) for v, s in efforts])
     t = np.arange(len(u)) * dt
-    return Record(t, u, _wire_fit.simulated(p, Record(t, u, np.zeros_like(u))))
+    return Record(t, u, _wire_fit.simulate(p, Record(t, u, np.zeros_like(u))))
 
 
 def test_a_wire_at_rest_keeps_its_heat() -> None:
@@ -177,7 +177,7 @@ def test_a_free_run_changes_smoothly_with_the_parameters() -> None:
 
 def test_warmth_at_the_begin_is_not_lost() -> None:
     cold, warm = (
-        _wire_fit.simulated(PLAIN, record(PLAIN, [(8.0, 3.0)]), begin)
+        _wire_fit.simulate(PLAIN, record(PLAIN, [(8.0, 3.0)]), begin)
         for begin in (_wire_fit.COLD, _wire_fit.Begin(1.0, 0.5))
     )
     assert int(np.argmax(warm > 0.0)) < int(np.argmax(cold > 0.0))
@@ -187,7 +187,7 @@ def rose_and_fell(p: Heat, dt: float) -> Record:
     u = np.arange(0.0, 8.0, 0.25 * dt)
     u = np.concatenate([u, u[::-1]])
     t = np.arange(len(u)) * dt
-    return Record(t, u, _wire_fit.simulated(p, Record(t, u, np.zeros_like(u))))
+    return Record(t, u, _wire_fit.simulate(p, Record(t, u, np.zeros_like(u))))
 
 
 @pytest.mark.parametrize("tau", [0.3, pytest.param(4.2, marks=pytest.mark.slow)])
@@ -197,7 +197,7 @@ def test_a_wire_is_found_again(tau: float) -> None:
     pulses: list[tuple[float, float]] = []
     for push in (8.0, 10.0, 7.0, 9.0):
         pulses += [(push, 4.0 * tau), (5.5, 6.0 * tau), (0.0, 8.0 * tau)]
-    found = _wire_fit.fitted([rose_and_fell(p, dt), record(p, pulses, dt)], dt, p.way, 1e-7)
+    found = _wire_fit.fit_wire([rose_and_fell(p, dt), record(p, pulses, dt)], dt, p.way, 1e-7)
     assert found.heat.tau == pytest.approx(p.tau, rel=0.02)
     assert found.up == pytest.approx(_wire_fit._up(p), rel=0.02)
     for name in ("start", "end", "first", "last"):
@@ -244,11 +244,11 @@ def test_a_hot_wire_that_stands_is_not_taken_for_a_cold_one() -> None:
     work = Work(bench, Options(10.0, 1.0, 1.0, 1.0, lowest=0.0))  # type: ignore[arg-type]
     bench.drive(lambda t, x, v: 10.0, 12.0, None)
     assert bench.z == 1.0
-    _wire_drives.cooled(bench, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
+    _wire_drives.cool(bench, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
     assert bench.z == 0.0
     stuck = Bench(PLAIN, rest=1e-3)
     with pytest.raises(CommissionError, match="still contracted after"):
-        _wire_drives.cooled(stuck, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
+        _wire_drives.cool(stuck, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("way", "words"), [(0.0, "nothing contracts")])
@@ -291,7 +291,7 @@ def test_first_order_curves_of_the_wire(done: Done) -> None:
 def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: Done) -> None:
     # Of a wire that is the model, the heat is the effort wherever it stands long enough.
     one = record(PLAIN, [(4.6, 100.0), (3.0, 100.0), (4.9, 100.0), (0.5, 100.0)])
-    heat = _wire_fit.warmed(PLAIN, one)
+    heat = _wire_fit.heat_along(PLAIN, one)
     ends = [int(k / 5e-3) - 2 for k in (100.0, 200.0, 300.0, 400.0)]
     assert heat[ends] == pytest.approx([4.6, 3.0, 4.9, 0.5], abs=0.02)
     work = done[0].work

@@ -62,7 +62,7 @@ def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
     slow = np.concatenate([np.linspace(0.0, 4.4, 12000), np.full(40000, 4.4)])
     u = np.concatenate([slow, np.full(300, 4.45)])
     record = Record(np.arange(len(u)) * dt, u, np.zeros_like(u))
-    x = _wire_fit.simulated(p, record)[len(slow) - 1 :]
+    x = _wire_fit.simulate(p, record)[len(slow) - 1 :]
     f = np.fft.rfftfreq(n, dt)
     answer = np.zeros(len(f), np.complex128)
     answer[1:] = kind.plant(p, made, f[1:])

@@ -13,7 +13,7 @@ from macromicro.errors import InputError
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
 
-SHIPPED = calibration.shipped()
+SHIPPED = calibration.default_calibration()
 GRID = SHIPPED.low + SHIPPED.step * np.arange(len(SHIPPED.position))
 tables = st.lists(st.floats(-1e-3, 5e-3), min_size=2, max_size=30)
 
@@ -53,7 +53,7 @@ TABLE = "# Hall calibration\nhall_V,position_mm\n\n0.5,0.1\n0.75,0.4\n1.0,0.8\n1
 
 def test_a_table_is_read_with_its_first_voltage_and_equal_steps() -> None:
     """Remarks, the heading and empty lines aside."""
-    found = calibration.read(TABLE)
+    found = calibration.parse(TABLE)
     assert (found.low, found.step) == (0.5, 0.25)
     assert found.position.tolist() == [0.1e-3, 0.4e-3, 0.8e-3, 1.5e-3]
     assert calibration.position(found, 0.9) == pytest.approx(0.64e-3)
@@ -65,4 +65,4 @@ def test_a_table_is_read_with_its_first_voltage_and_equal_steps() -> None:
 ])  # fmt: skip
 def test_what_is_no_table_is_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"Hall calibration.*Use a hall_cal"):
-        calibration.read(text)
+        calibration.parse(text)

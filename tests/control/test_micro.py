@@ -97,17 +97,15 @@ def test_without_a_law_by_the_contract_it_is_the_pi() -> None:
         assert (integral, effort) == pi.step(p, 0.7, 1e-3 - 4e-4, DT) and after == ()
     assert micro.rest((), (), seen, DT) == () == compiled(pause)((), (), seen, DT)
     assert (
-        micro.columns(()) == ()
-        and micro.begun(()) == ()
-        and micro.prepared(outside.NoGains()) == ()
+        micro.columns(()) == () and micro.begin(()) == () and micro.prepare(outside.NoGains()) == ()
     )
 
 
 def test_a_law_of_ones_own_starts_where_the_stage_is_and_keeps_the_limits() -> None:
     gains = joined().fine
-    own = micro.prepared(gains)
+    own = micro.prepare(gains)
     assert own == (Gains(),)
-    first = micro.begun(own)
+    first = micro.begin(own)
     assert first == (Held(FRESH, Memory(0.0, 0.0)),)
     for call in (micro.step, compiled(turn)):
         aim = Target(1e-3, 0.0, 0.0)
@@ -120,15 +118,15 @@ def test_a_law_of_ones_own_starts_where_the_stage_is_and_keeps_the_limits() -> N
 
 
 def test_after_a_rest_a_law_without_rest_begins_anew() -> None:
-    own = micro.prepared(joined().fine)
+    own = micro.prepare(joined().fine)
     kept = (Held(0.0, Memory(5.0, 1e-3)),)
     for call in (micro.rest, compiled(pause)):
         assert call(own, kept, Sample(0.0, 0.0), DT) == (Held(FRESH, Memory(5.0, 1e-3)),)
 
 
 def test_a_law_with_rest_begins_once_and_runs_on() -> None:
-    own = micro.prepared(joined(f"{__name__}:CALM").fine)
-    begun = micro.begun(own)
+    own = micro.prepare(joined(f"{__name__}:CALM").fine)
+    begun = micro.begin(own)
     assert begun[0].fresh == 0.0
     aim, seen = Target(1e-3, 0.0, 0.0), Sample(0.0, 4e-4)
     for call, quiet in ((micro.step, micro.rest), (compiled(turn), compiled(pause))):
@@ -145,8 +143,8 @@ def test_a_law_with_rest_begins_once_and_runs_on() -> None:
 
 
 def test_a_wire_cools_in_a_rest() -> None:
-    own = micro.prepared(joined("inverse").fine)
-    kept = micro.begun(own)
+    own = micro.prepare(joined("inverse").fine)
+    kept = micro.begin(own)
     aim, seen = Target(2e-3, 0.0, 0.0), Sample(0.0, 0.0)
     for _ in range(200):
         _, kept, effort = micro.step(LIMITS, own, kept, 0.0, aim, seen, DT)
@@ -158,11 +156,11 @@ def test_a_wire_cools_in_a_rest() -> None:
 
 
 def test_columns_follow_from_what_a_law_tells() -> None:
-    own = micro.prepared(joined("inverse").fine)
+    own = micro.prepare(joined("inverse").fine)
     names = [c.name for c in micro.columns(own)]
     told = ("place", "offset", "wire", "plates", "base", "heat", "loss", "late")
     assert names == [f"micro_law_{n}" for n in told]
-    kept = micro.begun(own)
+    kept = micro.begin(own)
     kept = (Held(0.0, kept[0].memory._replace(offset=0.25)),)
     for call in (micro.note, compiled(noted)):
         out = np.zeros((10, 3))

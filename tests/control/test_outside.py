@@ -22,7 +22,7 @@ from macromicro.models.macro import MacroModelState as State
 from macromicro.nominal import PITCH
 from macromicro.schema.config import as_toml, changed_toml, difference, load_overrides, overridden
 from macromicro.schema.par import entries
-from macromicro.settings import Settings, chosen
+from macromicro.settings import Settings, choose
 from tests.control.own_laws import HERE, Gains, InCounts, Memory, PlainGains, begin, slide
 
 SLIDING, PLAIN, COUNTS = (f"{HERE}:{name}" for name in ("sliding", "plain", "InCounts"))
@@ -129,12 +129,12 @@ def test_files_of_settings_name_it(tmp_path: pytest.TempPathFactory) -> None:
     for text in (as_toml(tree), changed_toml(tree, Settings())):
         path.write_text(text)
         assert load_overrides(path, Settings()) == tree
-    assert chosen(Settings(), path, "pid").controller.macro_law == "pid"
-    assert chosen(Settings(), path, SLIDING) == tree
+    assert choose(Settings(), path, "pid").controller.macro_law == "pid"
+    assert choose(Settings(), path, SLIDING) == tree
     path.write_text('[controller.own]\nslope = "7 1/s"\n')
-    assert chosen(Settings(), path, SLIDING) == tree
+    assert choose(Settings(), path, SLIDING) == tree
     with pytest.raises(InputError, match=r"controller.own.*unknown key"):
-        chosen(Settings(), path, None)
+        choose(Settings(), path, None)
 
 
 def test_a_client_cannot_name_another() -> None:
@@ -181,16 +181,16 @@ def test_what_is_no_law_is_said(name: str, said: str) -> None:
 )
 def test_a_part_of_the_wrong_kind(part: str, value: object, said: str) -> None:
     good = StageLaw("x", Gains, Memory, begin, slide)
-    assert outside.checked(good, "x", "--law") == good
+    assert outside.check(good, "x", "--law") == good
     with pytest.raises(InputError, match=f"{part} of x.*{said}"):
-        outside.checked(good._replace(**{part: value}), "x", "--law")
+        outside.check(good._replace(**{part: value}), "x", "--law")
 
 
 def test_an_entry_point_is_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of an installed package, group macromicro.laws."""
     monkeypatch.setattr(outside.plugins, "registered", lambda group: {"slide": COUNTS})
     assert outside.is_name("slide") and not outside.is_name("slid")
-    assert outside.imported("slide", "--law") is InCounts
+    assert outside.import_law("slide", "--law") is InCounts
     with pytest.raises(InputError, match="such as slide"):
         Control().joined("slid", "--law")
 

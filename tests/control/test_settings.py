@@ -113,6 +113,6 @@ def test_a_file_with_a_senseless_gain_is_refused(key: str, value: str, tmp_path:
 
 
 def test_the_calibration_is_the_one_given_or_the_shipped_one() -> None:
-    other = calibration.shipped()._replace(low=0.1)
+    other = calibration.default_calibration()._replace(low=0.1)
     assert settings.prepare(Control(), table=other).calibration is other
-    assert settings.prepare(Control()).calibration.low == calibration.shipped().low
+    assert settings.prepare(Control()).calibration.low == calibration.default_calibration().low

@@ -17,7 +17,7 @@ PLANT = bench.prepare(S.bench, S.sensors)
 
 
 def driven(state: bench.State, ctrl: list[float]) -> bench.State:
-    state = fine_limits.copied(state)
+    state = fine_limits.copy_state(state)
     for volts in ctrl:
         state = bench.advance(PLANT, state, Outputs(0.0, volts, 0.0, 0.0), Noise(), 1e-3)
     return state

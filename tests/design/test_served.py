@@ -8,7 +8,7 @@ import pytest
 import macromicro
 from macromicro.columns import Column
 from macromicro.control.live.messages import MODES
-from macromicro.design.served import is_live, served, timetable
+from macromicro.design.served import is_live, served_moves, timetable
 from macromicro.errors import InputError
 from macromicro.programme import MACRO, MICRO
 from macromicro.recording import Recording
@@ -56,7 +56,7 @@ ALL = (
 def test_moves_to_a_place_are_found_and_no_others() -> None:
     recording = live(*ALL)
     assert is_live(recording)
-    found = served(recording)
+    found = served_moves(recording)
     assert found.programme.stage.tolist() == [MACRO, MICRO, MACRO, MICRO]
     assert found.programme.target.tolist() == [700.0, 0.5e-3, 2000.0, 1e-3]
     assert found.cut.tolist() == [False, False, True, False]

@@ -11,7 +11,7 @@ import pytest
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.control.supervisor import MICRO as FINE
-from macromicro.design.tracking import course, followed, lagging, tracking
+from macromicro.design.tracking import course, followed_stages, lagging, tracking
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
@@ -45,15 +45,15 @@ def targets(stage: int, number: int, apart: int) -> tuple[Recording, Programme]:
 def test_twenty_targets_a_quarter_of_a_second_apart_make_a_trajectory(
     stage: int, number: int, apart: int, follows: bool
 ) -> None:
-    assert followed(*targets(stage, number, apart)) == ((stage,) if follows else ())
+    assert followed_stages(*targets(stage, number, apart)) == ((stage,) if follows else ())
 
 
 def test_only_targets_that_were_begun_count() -> None:
     made, _ = targets(MACRO, 19, 10)
-    assert followed(made, plan(*[MACRO] * 40)) == ()
+    assert followed_stages(made, plan(*[MACRO] * 40)) == ()
     made, _ = targets(MACRO, 20, 10)
-    assert followed(made, plan(*[MACRO] * 40)) == (MACRO,)
-    assert followed(recorded(0), plan(MACRO)) == ()
+    assert followed_stages(made, plan(*[MACRO] * 40)) == (MACRO,)
+    assert followed_stages(recorded(0), plan(MACRO)) == ()
 
 
 def test_a_macro_course_begins_with_its_first_target_and_has_no_missing_counts() -> None:

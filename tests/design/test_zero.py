@@ -9,12 +9,12 @@ import pytest
 
 from macromicro import api
 from macromicro.design import zero
-from macromicro.recorded import named
+from macromicro.recorded import columns_named
 from macromicro.recording import Recording
 from macromicro.schema.par import changed
 from macromicro.settings import Settings
 
-COLUMNS = named("t", "laser", "laser_reset", "micro_reference", "hall_position")
+COLUMNS = columns_named("t", "laser", "laser_reset", "micro_reference", "hall_position")
 
 
 N = 600

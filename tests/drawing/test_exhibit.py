@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.drawing.exhibit import TABLE, Drawn, Grid, rendered
+from macromicro.drawing.exhibit import TABLE, Drawn, Grid, render
 
 
 @pytest.mark.parametrize(
@@ -18,5 +18,5 @@ from macromicro.drawing.exhibit import TABLE, Drawn, Grid, rendered
     ],
 )
 def test_label_and_name(number: str, label: str, name: str) -> None:
-    made = rendered(number, Drawn("", "", Grid(("a",), [("1",)])))
+    made = render(number, Drawn("", "", Grid(("a",), [("1",)])))
     assert (made.label, made.name, made.kind) == (label, name, TABLE)

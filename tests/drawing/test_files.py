@@ -40,7 +40,7 @@ def figure() -> Figure:
 
 @pytest.mark.parametrize("kind", files.FORMATS)
 def test_a_figure_is_a_file_without_dates(kind: str) -> None:
-    data = files.encoded(figure(), kind)
+    data = files.encode(figure(), kind)
     assert data.startswith(HEADS[kind])
     assert b"CreationDate" not in data and b"dc:date" not in data
 

@@ -44,7 +44,7 @@ def alone() -> dict[str, Unit]:
             continue
         try:
             made = catalogue.alone(name, function)
-            files.written(made)
+            files.write_unit(made)
         except InputError:
             continue
         entries.setdefault(module, []).append(made.entries[0]._replace(name=name.strip("_")))
@@ -62,14 +62,14 @@ def unit_of(name: str) -> Unit:
 @cache
 def written_of(name: str) -> files.Written:
     """The code of a unit."""
-    return files.written(unit_of(name))
+    return files.write_unit(unit_of(name))
 
 
 @cache
 def made(name: str, level: str = "-O1") -> Any:
     """A unit, its code, its library."""
     unit = unit_of(name)
-    written = files.written(unit)
+    written = files.write_unit(unit)
     folder = Path(mkdtemp(dir=BUILT.name))
     return unit, written, built(written, folder, level=level)
 

@@ -132,7 +132,7 @@ def test_on_windows_it_gives_our_numbers(
     `terminal` calls functions of libm, whose last bits differ between the systems.
     """
     place = tmp_path / "unit.fmu"
-    face = fmu.write(files.written(catalogue.unit(name)), place, ("linux", "windows"))
+    face = fmu.write(files.write_unit(catalogue.unit(name)), place, ("linux", "windows"))
     with zipfile.ZipFile(place) as packed:
         packed.extractall(tmp_path)
         token = packed.read("modelDescription.xml").decode().partition('guid="')[2][:38]

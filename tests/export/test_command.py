@@ -67,7 +67,7 @@ def command(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize("name", catalogue.every())
 def test_every_unit_compiles_in_float(name: str, tmp_path: Path) -> None:
     """Without a warning; the tests of bits compile every unit in double."""
-    written = files.written(catalogue.unit(name), single=True)
+    written = files.write_unit(catalogue.unit(name), single=True)
     (tmp_path / f"{written.name}.h").write_text(written.header)
     (tmp_path / f"{written.name}.c").write_text(written.code)
     assert CC is not None
@@ -154,4 +154,4 @@ def test_an_exported_supervisor_has_encoder_and_hall_table_of_the_settings(tmp_p
     given = catalogue.unit("two_stage.supervisor", config).given["params"]
     assert given.macro.scale == 50e-6  # m per count, of a law in m
     position = calibration.position(given.calibration, 2.0)
-    assert position != pytest.approx(calibration.position(calibration.shipped(), 2.0))
+    assert position != pytest.approx(calibration.position(calibration.default_calibration(), 2.0))

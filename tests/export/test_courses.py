@@ -27,7 +27,7 @@ FLOAT = {
 def course(name: str, folder: Path, periods: int) -> tuple[list[list[bytes]], list[list[bytes]]]:
     """A plant under random efforts: what C shows, and what the kernels show."""
     unit = catalogue.unit(name)
-    written = files.written(unit)
+    written = files.write_unit(unit)
     library, bound = built(written, folder), Bound(written.program)
     by_name = {entry.name: (entry, made) for entry, made in zip(unit.entries, written.entries,
                                                                 strict=True)}  # fmt: skip
@@ -87,7 +87,7 @@ def test_a_plant_stays_the_same_for_many_periods(name: str, tmp_path: Path) -> N
 
 def test_hysteresis_forward_and_inverse_over_many_reversals(tmp_path: Path) -> None:
     unit, twin = catalogue.unit("preisach"), catalogue.unit("preisach")
-    written = files.written(unit)
+    written = files.write_unit(unit)
     library, bound = built(written, tmp_path), Bound(written.program)
     table = unit.given["table"]
     advance, peek, invert, _ = unit.entries
@@ -118,7 +118,7 @@ def test_hysteresis_forward_and_inverse_over_many_reversals(tmp_path: Path) -> N
 def off(name: str, folder: Path, periods: int = 400, config: Path | None = None) -> float:
     """How far a law in float is from it in double, as a share of its greatest effort."""
     unit = catalogue.unit(name, config)
-    written = files.written(unit, single=True)
+    written = files.write_unit(unit, single=True)
     library, bound = built(written, folder), Bound(written.program)
     step, made = unit.entries[-1], written.entries[-1]
     names = list(made.parameters)

@@ -56,7 +56,7 @@ def inputs(name: str, values: Any) -> Any:
 
 def test_the_macro_stage_gives_our_bits_for_seconds(volts: Any, tmp_path: Path) -> None:
     place = tmp_path / "macro.fmu"
-    fmu.write(files.written(catalogue.unit("two_stage.macro")), place)
+    fmu.write(files.write_unit(catalogue.unit("two_stage.macro")), place)
     found = simulated(place, inputs("volts", volts), output=["state.x", "state.v", "state.accel"])
     plant = bench.prepare(Settings().bench, Settings().sensors)
     state, ours = carriage.at_rest(0.0), []
@@ -73,7 +73,7 @@ def test_the_macro_stage_gives_our_bits_for_seconds(volts: Any, tmp_path: Path) 
 def test_a_tunable_parameter_counts(volts: Any, tmp_path: Path) -> None:
     place = tmp_path / "axis.fmu"
     unit = catalogue.unit("axis.plant")
-    fmu.write(files.written(unit), place)
+    fmu.write(files.write_unit(unit), place)
     params = unit.given["params"]
     heavy = params._replace(load=params.load._replace(mass=2.0))
     signals = inputs("effort", 0.08 * volts)
@@ -96,7 +96,7 @@ def sound(place: Path, name: str) -> None:
     """Written, valid, and it runs."""
     from fmpy.validation import validate_fmu
 
-    fmu.write(files.written(catalogue.unit(name)), place)
+    fmu.write(files.write_unit(catalogue.unit(name)), place)
     assert validate_fmu(str(place)) == []
     found = fmpy.simulate_fmu(str(place), stop_time=0.02, output_interval=1e-3)
     assert len(found) == 21
@@ -121,7 +121,7 @@ def test_a_law_with_other_occasions_gives_our_bits(name: str, tmp_path: Path) ->
     unit, twin = catalogue.unit(name), catalogue.unit(name)
     assert [e.name for e in unit.entries if e.when]
     place = tmp_path / "law.fmu"
-    fmu.write(files.written(unit), place)
+    fmu.write(files.write_unit(unit), place)
     signals = np.zeros(
         periods, dtype=[(n, "f8") for n in ("time", "target.position", "sample.position")]
     )
@@ -150,7 +150,7 @@ def test_a_law_with_other_occasions_gives_our_bits(name: str, tmp_path: Path) ->
 def test_simulink_finds_what_it_looks_for(tmp_path: Path) -> None:
     """FMI 2.0, Sections 2.1.2, 2.2, 2.3 and 4.2: names of folders, files and functions."""
     place = tmp_path / "macro.fmu"
-    face = fmu.write(files.written(catalogue.unit("two_stage.macro")), place)
+    face = fmu.write(files.write_unit(catalogue.unit("two_stage.macro")), place)
     with zipfile.ZipFile(place) as packed:
         packed.extractall(tmp_path)
         names = packed.namelist()
@@ -184,7 +184,7 @@ def test_simulink_finds_what_it_looks_for(tmp_path: Path) -> None:
 def test_the_sources_alone_make_the_same_binary(tmp_path: Path) -> None:
     """What a simulator on another system compiles."""
     place = tmp_path / "macro.fmu"
-    written = files.written(catalogue.unit("two_stage.macro"))
+    written = files.write_unit(catalogue.unit("two_stage.macro"))
     fmu.write(written, place)
     with zipfile.ZipFile(place) as packed:
         packed.extractall(tmp_path)
@@ -202,7 +202,7 @@ def test_a_state_is_kept_and_taken_back(tmp_path: Path) -> None:
     from fmpy.fmi2 import FMU2Slave
 
     place = tmp_path / "wire.fmu"
-    fmu.write(files.written(catalogue.unit("wire.plant")), place)
+    fmu.write(files.write_unit(catalogue.unit("wire.plant")), place)
     told = read_model_description(str(place))
     one = FMU2Slave(
         guid=told.guid, unzipDirectory=extract(str(place), str(tmp_path / "wire")),

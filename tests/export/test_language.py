@@ -57,7 +57,7 @@ def made(name: str) -> Any:
     function = getattr(spoken, name)
     values = EXAMPLES.get(name, (0.0,) * function.__code__.co_argcount)
     unit = Unit(name, name, (Entry("go", function, values),), {})
-    written = files.written(unit)
+    written = files.write_unit(unit)
     return written, built(written, Path(mkdtemp(dir=BUILT.name)), level="-O2")
 
 
@@ -138,7 +138,7 @@ def test_other_words_are_refused_with_file_and_line(name: str) -> None:
     )  # fmt: skip
     unit = Unit(name, name, (Entry("go", function, values),), {})
     with pytest.raises(InputError) as told:
-        files.written(unit)
+        files.write_unit(unit)
     first = function.__code__.co_firstlineno
     place, _, line = told.value.where.partition(",")[0].rpartition(":")
     assert Path(place).name == "spoken.py"

@@ -11,7 +11,7 @@ from macromicro.export.fmu import Interface, Variable
 
 
 def variables(name: str) -> dict[str, Variable]:
-    return {v.name: v for v in Interface(files.written(catalogue.unit(name))).variables}
+    return {v.name: v for v in Interface(files.write_unit(catalogue.unit(name))).variables}
 
 
 def test_units_of_a_plant() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.files._containers import OwnTimesWarning
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.identify.picking import Role, pick
 
 N = 12
@@ -28,7 +28,7 @@ ROLES = (
 
 def holds(path: Path, **wanted: str) -> None:
     """The roles are found, with the numbers above."""
-    found = pick(read(path), ROLES, wanted)
+    found = pick(read_table(path), ROLES, wanted)
     for role, values in (("t", T), ("u", U), ("x", X)):
         np.testing.assert_allclose(found.values[role], values, rtol=1e-15)
 
@@ -53,7 +53,7 @@ def test_structs_and_matrices(tmp_path: Path) -> None:
 
     content = {"rig": {"time": T, "log_V": np.c_[U, X], "gain": 35.0}, "comment": "warm"}
     savemat(tmp_path / "a.mat", content)
-    table = read(tmp_path / "a.mat")
+    table = read_table(tmp_path / "a.mat")
     assert set(table.columns) == {"rig.time", "rig.log_V1", "rig.log_V2"}
     assert table.constants == {"rig.gain": 35.0}
     holds(tmp_path / "a.mat", u="log_V1:V", x="rig.log_V2:m")
@@ -88,7 +88,7 @@ def test_mat_of_version_7_3(tmp_path: Path, many: bool) -> None:
     if many:
         holds(path)
         return
-    assert read(path).constants == {"gain": 35.0}
+    assert read_table(path).constants == {"gain": 35.0}
     holds(path, u="out.signals.values1:V", x="out.signals.values2:m")
 
 
@@ -99,13 +99,13 @@ def test_plain_hdf5(tmp_path: Path) -> None:
         group["place"] = 1e3 * X[:, None]
         group["drive"].attrs["units"], group["place"].attrs["unit"] = "V", b"mm"
         file["names"] = ["a", "b"]
-    found = pick(read(tmp_path / "a.h5"), ROLES, {})
+    found = pick(read_table(tmp_path / "a.h5"), ROLES, {})
     np.testing.assert_allclose(found.values["u"], U, rtol=1e-7)
     np.testing.assert_allclose(found.values["x"], X, rtol=1e-12)
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["names"] = ["a", "b"]
     with pytest.raises(InputError, match="no dataset is a vector"):
-        read(tmp_path / "b.h5")
+        read_table(tmp_path / "b.h5")
 
 
 def test_tables_in_hdf5(tmp_path: Path) -> None:
@@ -113,17 +113,17 @@ def test_tables_in_hdf5(tmp_path: Path) -> None:
     rows["t"], rows["u_V"], rows["x_m"] = T, U, X
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["log"] = rows
-    found = pick(read(tmp_path / "a.h5"), ROLES, {})
+    found = pick(read_table(tmp_path / "a.h5"), ROLES, {})
     np.testing.assert_allclose(found.values["x"], X, rtol=1e-15)
 
 
 def test_archives_of_numpy(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", t=T, u_V=U, x_m=X, gain=35.0, words=np.array(["a"]))
     holds(tmp_path / "a.npz")
-    assert read(tmp_path / "a.npz").constants == {"gain": 35.0}
+    assert read_table(tmp_path / "a.npz").constants == {"gain": 35.0}
     np.savez(tmp_path / "b.npz", t=np.array([{}], dtype=object))
     with pytest.raises(InputError, match="cannot be read"):
-        read(tmp_path / "b.npz")
+        read_table(tmp_path / "b.npz")
 
 
 def test_parquet(tmp_path: Path) -> None:
@@ -136,13 +136,13 @@ def test_parquet(tmp_path: Path) -> None:
     stamps = np.datetime64("2024-03-01T12:00:00", "us") + np.round(1e6 * T).astype("m8[us]")
     made = pa.table([stamps, U, 1e3 * X, ["a"] * N], schema=schema)
     pq.write_table(made, tmp_path / "a.parquet")
-    found = pick(read(tmp_path / "a.parquet"), ROLES, {})
+    found = pick(read_table(tmp_path / "a.parquet"), ROLES, {})
     np.testing.assert_allclose(found.values["t"], T, rtol=1e-12)
     np.testing.assert_allclose(found.values["x"], X, rtol=1e-12)
-    assert "note" not in read(tmp_path / "a.parquet").columns
+    assert "note" not in read_table(tmp_path / "a.parquet").columns
     (tmp_path / "b.parquet").write_bytes(b"PAR1 and nothing else")
     with pytest.raises(InputError, match="cannot be read"):
-        read(tmp_path / "b.parquet")
+        read_table(tmp_path / "b.parquet")
 
 
 def timeseries(name: str, values: np.ndarray, unit: str = "", time: np.ndarray = T) -> Any:
@@ -158,12 +158,12 @@ def test_timeseries_of_matlab(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     content = {"a": timeseries("drive", U[:, None], "V"), "x": timeseries("", X[None, None, :])}
     savemat(path, content)
-    table = read(path)
+    table = read_table(path)
     assert set(table.columns) == {"drive.Time", "drive", "x.Time", "x"}
     assert (table.units["drive"], table.units["drive.Time"], table.units["x"]) == ("V", "s", "")
     holds(path, x="x:m")
     savemat(path, {"both": timeseries("log", np.stack([U, X])[None])})  # 1 x 2 x n
-    np.testing.assert_array_equal(read(path).columns["log2"], X)
+    np.testing.assert_array_equal(read_table(path).columns["log2"], X)
 
 
 def test_a_dataset_of_simulink(tmp_path: Path) -> None:
@@ -185,7 +185,7 @@ def test_timeseries_with_times_of_their_own_are_said_to_have_them(tmp_path: Path
     content = {"u": timeseries("", U), "x": timeseries("", X, time=T + 0.01)}
     savemat(tmp_path / "a.mat", content)
     with pytest.warns(OwnTimesWarning, match=r"x has times of its own, x\.Time; others have u\.T"):
-        read(tmp_path / "a.mat")
+        read_table(tmp_path / "a.mat")
 
 
 def test_objects_of_matlab_are_refused_in_words(
@@ -198,7 +198,7 @@ def test_objects_of_matlab_are_refused_in_words(
     monkeypatch.setattr("scipy.io.loadmat", lambda *_, **__: dict(found))
     (tmp_path / "a.mat").write_bytes(b"MATLAB 5.0 MAT-file")
     with pytest.raises(InputError, match=r"objects of MATLAB.*save vectors: t = ts\.Time"):
-        read(tmp_path / "a.mat")
+        read_table(tmp_path / "a.mat")
 
 
 def test_timeseries_in_mat_of_version_7_3(tmp_path: Path) -> None:
@@ -223,15 +223,15 @@ def test_json_in_rows_in_lines_and_in_columns(tmp_path: Path, name: str) -> None
     for text in texts:
         (tmp_path / name).write_text(text)
         holds(tmp_path / name)
-        assert not {"note", "rig"} & set(read(tmp_path / name).columns)
+        assert not {"note", "rig"} & set(read_table(tmp_path / name).columns)
     (tmp_path / name).write_text(texts[2])
-    assert read(tmp_path / name).constants == {"gain": 35.0}
+    assert read_table(tmp_path / name).constants == {"gain": 35.0}
 
 
 def test_json_with_dates_and_without_some_values(tmp_path: Path) -> None:
     rows = [{"when": f"2024-03-01T12:00:0{k}", "u_V": None if k == 1 else k} for k in range(4)]
     (tmp_path / "a.json").write_text(json.dumps(rows))
-    table = read(tmp_path / "a.json")
+    table = read_table(tmp_path / "a.json")
     assert table.units == {"when": "s", "u_V": "V"}
     assert np.diff(table.columns["when"]).tolist() == [1.0, 1.0, 1.0]
     np.testing.assert_array_equal(table.columns["u_V"], [0.0, np.nan, 2.0, 3.0])
@@ -241,14 +241,14 @@ def test_json_with_dates_and_without_some_values(tmp_path: Path) -> None:
 def test_json_without_columns_is_refused(tmp_path: Path, text: str, found: str) -> None:
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(InputError, match=found):
-        read(tmp_path / "a.json")
+        read_table(tmp_path / "a.json")
 
 
 def test_tdms_needs_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "nptdms", None)
     (tmp_path / "a.tdms").write_bytes(b"TDSm")
     with pytest.raises(InputError, match=r"nptdms is not installed.*'macromicro\[tdms\]'"):
-        read(tmp_path / "a.tdms")
+        read_table(tmp_path / "a.tdms")
 
 
 def test_tdms(tmp_path: Path) -> None:
@@ -263,12 +263,12 @@ def test_tdms(tmp_path: Path) -> None:
     drive = channel("drive", U, unit_string="Volts", **waveform)
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment([drive, channel("place_m", X, **waveform)])
-    assert set(read(path).columns) == {"rig.time", "rig.drive", "rig.place_m"}
-    np.testing.assert_allclose(read(path).columns["rig.time"], T, rtol=1e-12)
-    assert read(path).units["rig.drive"] == "V"
+    assert set(read_table(path).columns) == {"rig.time", "rig.drive", "rig.place_m"}
+    np.testing.assert_allclose(read_table(path).columns["rig.time"], T, rtol=1e-12)
+    assert read_table(path).units["rig.drive"] == "V"
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment([channel("time", T), channel("drive_V", U), channel("place_m", X)])
     holds(path)
     path.write_bytes(path.read_bytes()[:50])
     with pytest.raises(InputError):
-        read(path)
+        read_table(path)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 
 
 @pytest.mark.parametrize(
@@ -19,17 +19,17 @@ def test_a_text_is_no_mat_file_whatever_its_name_says(
 ) -> None:
     (tmp_path / name).write_text("t_s,u_V\n0,1\n")
     with pytest.raises(InputError, match=found):
-        read(tmp_path / name)
+        read_table(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["a.h5", "a.hdf5"])
 def test_a_text_is_no_recording(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("t_s,u_V\n0,1\n")
     with pytest.raises(InputError):
-        read(tmp_path / name)
+        read_table(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.tsv", "a.dat", "a"])
 def test_a_text_is_a_table(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("t_s,u_V\n0,1\n")
-    assert read(tmp_path / name).columns["u_V"].tolist() == [1.0]
+    assert read_table(tmp_path / name).columns["u_V"].tolist() == [1.0]

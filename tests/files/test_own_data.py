@@ -9,7 +9,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.files._text import UnreadLinesWarning
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.identify import from_files
 from macromicro.identify.look import look
 from macromicro.identify.picking import MissingRowsWarning, UnitWarning
@@ -63,7 +63,7 @@ def test_a_text_of_which_little_is_a_table_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("t_s,u_V\n" + "0,1\n" * 4 + "0,1,2\n" * 3)
     with pytest.raises(InputError, match="line 6: the heading and this line differ: 3 cells"):
-        read(file).several(["u_V"])
+        read_table(file).several(["u_V"])
 
 
 def test_a_gap_makes_two_runs(tmp_path: Path) -> None:
@@ -141,7 +141,7 @@ def test_positions_in_rotations(tmp_path: Path, unit: str) -> None:
 def test_a_least_position_is_no_time(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("t_min,x_min,x_h\n0,1,2\n1,2,3\n")
-    table = read(file)
+    table = read_table(file)
     assert (table.units["t_min"], table.units["x_min"], table.units["x_h"]) == ("min", "", "")
 
 
@@ -149,4 +149,4 @@ def test_offsets_of_time_zones_count(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     stamps = ("2024-03-31T01:59:59+01:00", "2024-03-31T03:00:00+02:00", "2024-03-31T01:00:01Z")
     file.write_text("when,u_V\n" + "".join(f"{stamp},1\n" for stamp in stamps))
-    assert np.diff(read(file).several(["when"])["when"]) == pytest.approx([1.0, 1.0])
+    assert np.diff(read_table(file).several(["when"])["when"]) == pytest.approx([1.0, 1.0])

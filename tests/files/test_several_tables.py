@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from macromicro.errors import InputError
 from macromicro.files import _text
 from macromicro.files._text import UnreadLinesWarning
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.files.table import Table
 
 
@@ -27,7 +27,7 @@ T, U, X = [0.0, 0.5, 1.0, 1.5], [1.0, 2.0, 3.0, 4.0], [7.0, 5.0, 6.0, 8.0]
 def table(place: Path, text: str) -> Table:
     path = place / "a.csv"
     path.write_text(text)
-    return read(path)
+    return read_table(path)
 
 
 def test_the_longest_table_has_the_plain_names(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_a_large_text_is_searched_for_headings_to_its_end(
     text = "t_s,u_V,x_mm\n" + rows(*first) + "motor off\n" + "x_mm,u_V,t_s\n" + rows(X, U, T)
     path = tmp_path / "a.csv"
     path.write_text(text + "\nf_Hz,gain_dB\n" + rows(T, X), encoding=encoding)
-    found = read(path)
+    found = read_table(path)
     assert list(found.columns) == ["t_s", "u_V", "x_mm", "2.f_Hz", "2.gain_dB"]
     values = found.several(list(found.columns))
     for name, begin, end in zip(("t_s", "u_V", "x_mm"), first, (T, U, X), strict=True):
@@ -107,16 +107,16 @@ def test_segments_of_labview_are_one_after_the_other(tmp_path: Path, given: str)
         text += rows(times, U[:3], X[:3], mark="\t")
     path = tmp_path / "a.lvm"
     path.write_text(text)
-    found = read(path)
+    found = read_table(path)
     values = found.several(["X_Value", "drive", "place"])
     assert values["X_Value"].tolist() == [0.0, 0.5, 1.0, 10.0, 10.5, 11.0]
     assert values["drive"].tolist() == U[:3] * 2 and values["place"].tolist() == X[:3] * 2
     assert found.units == {"X_Value": "s", "drive": "V", "place": "mm"}
     path.write_text(text + SEGMENT.format(begin=0.0, names="load\tplace"))  # cut off
-    assert read(path).columns["drive"].tolist() == U[:3] * 2
+    assert read_table(path).columns["drive"].tolist() == U[:3] * 2
     path.write_text(path.read_text() + rows([""] * 2, U[:2], X[:2], mark="\t"))
     with pytest.warns(UnreadLinesWarning, match="columns of others are called 2.X_Value"):
-        assert read(path).columns["2.load"].tolist() == U[:2]
+        assert read_table(path).columns["2.load"].tolist() == U[:2]
 
 
 @given(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from macromicro.errors import InputError
 from macromicro.files._layout import MISSING, layouts, split
 from macromicro.files._text import UnreadLinesWarning, pieces
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.files.table import Table
 
 T, U, X = [0.0, 0.5, 1.0], [1.25, -2.5, 3.0], [10.0, 20.5, 30.0]
@@ -41,7 +41,7 @@ def lvm(columns: str) -> str:
 def table(place: Path, text: str, encoding: str = "utf-8", name: str = "a.txt") -> Table:
     path = place / name
     path.write_bytes(text.encode(encoding))
-    return read(path)
+    return read_table(path)
 
 
 def holds(found: Table, *names: str) -> bool:

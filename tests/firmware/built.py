@@ -66,7 +66,7 @@ def elf(board: str = "atmega328p") -> Path:
 def board(loop: str = "host", flips: float = 0.0, seed: int = 0) -> Iterator[tuple[BoardRig, Wire]]:
     """An opened rig and the line to its simulated board."""
     wire = Wire(Bench(elf(), seed), flips, seed)
-    rig = BoardRig("simulated", loop, calibration.shipped(), open_port=lambda _: wire)
+    rig = BoardRig("simulated", loop, calibration.default_calibration(), open_port=lambda _: wire)
     with rig:
         yield rig, wire
 
@@ -75,7 +75,7 @@ def board(loop: str = "host", flips: float = 0.0, seed: int = 0) -> Iterator[tup
 def arm(loop: str = "host") -> Iterator[tuple[BoardRig, Wire]]:
     """The same on a Cortex-M4F."""
     wire = Wire(Bench(elf("mps2"), processor=mps2.Mps2))
-    rig = BoardRig("simulated", loop, calibration.shipped(), open_port=lambda _: wire)
+    rig = BoardRig("simulated", loop, calibration.default_calibration(), open_port=lambda _: wire)
     try:
         with rig:
             yield rig, wire

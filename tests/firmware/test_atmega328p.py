@@ -95,7 +95,7 @@ def test_a_reset_in_motion_stops_and_drives_no_more() -> None:
         wire.bench.avr.reset()
         began = len(wire.trace)
         for _ in range(200):
-            wire.write(protocol.told("outputs", 0, sample=0, motor=4.0, ctrl=1.0))
+            wire.write(protocol.encode("outputs", 0, sample=0, motor=4.0, ctrl=1.0))
         assert not np.any(np.array(wire.trace[began:])[:, 2])
         told = rig.status()
         assert not protocol.bits(int(told["state"]), SPEC["state"])["trusted"]
@@ -260,7 +260,7 @@ def test_another_firmware_is_refused_with_what_to_flash(
 ) -> None:
     there = {"version": protocol.VERSION, "firmware": protocol.FIRMWARE}
     there[field] += 1 if age == "other" else -1
-    heard = protocol.heard
+    heard = protocol.decode
 
     def other(body: bytes) -> protocol.Frame | None:
         frame = heard(body)
@@ -268,7 +268,7 @@ def test_another_firmware_is_refused_with_what_to_flash(
             return frame._replace(values=frame.values | there)
         return frame
 
-    monkeypatch.setattr(protocol, "heard", other)
+    monkeypatch.setattr(protocol, "decode", other)
     with (
         pytest.raises(
             BoardError, match=f"firmware is {age}.*flash the file of `macromicro export hex`"

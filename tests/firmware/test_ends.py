@@ -62,7 +62,7 @@ class Driven:
 
     def __init__(self, wire: Wire, loop: str) -> None:
         self.wire, self.said, self.low = wire, [""][:0], 0.0
-        self.settings, table = LiveSettings(), calibration.shipped()
+        self.settings, table = LiveSettings(), calibration.default_calibration()
         self.machine = live.make(self.settings, table, (m.MACRO,))
         rig = BoardRig("simulated", loop, open_port=lambda _: wire)
         rig.yielding = True

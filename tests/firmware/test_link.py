@@ -61,7 +61,7 @@ def test_crc_is_the_one_that_the_catalogues_call_ccitt_false() -> None:
 
 @given(st.binary(max_size=300))
 def test_stuffing_leaves_no_zero_and_comes_undone(data: bytes) -> None:
-    stuffed = framing.stuffed(data)
+    stuffed = framing.stuff(data)
     assert 0 not in stuffed
     assert framing.plain(stuffed) == data
 
@@ -77,13 +77,13 @@ def test_c_computes_the_same_crc(c: ctypes.CDLL, before: int, byte: int) -> None
 def test_c_frames_as_python_does(c: ctypes.CDLL, id_: int, number: int, fields: bytes) -> None:
     room = ctypes.create_string_buffer(64)
     size = c.stuffed(id_, number, fields, len(fields), room)
-    assert room.raw[:size] == framing.framed(bytes([id_, number]) + fields)
+    assert room.raw[:size] == framing.frame(bytes([id_, number]) + fields)
 
 
 @needs_c
 @given(st.integers(0, 255), st.integers(0, 255), st.binary(max_size=40))
 def test_c_reads_what_python_frames(c: ctypes.CDLL, id_: int, number: int, fields: bytes) -> None:
-    framed = framing.framed(bytes([id_, number]) + fields)
+    framed = framing.frame(bytes([id_, number]) + fields)
     assert _taken(c, b"\0" + framed) == [(id_, number, fields)]
 
 
@@ -92,7 +92,7 @@ def test_c_reads_what_python_frames(c: ctypes.CDLL, id_: int, number: int, field
 def test_both_ends_find_the_same_frames_in_noise(
     c: ctypes.CDLL, parts: list[bytes], noise: bytes, first: bool
 ) -> None:
-    frames = b"".join(framing.framed(b"\x05\x01" + part) for part in parts)
+    frames = b"".join(framing.frame(b"\x05\x01" + part) for part in parts)
     data = b"\0" + (noise + b"\0" + frames if first else frames + noise) + b"\0"
     short = [body for body in framing.Stream().take(data) if len(body) <= 46]
     assert [bytes([i, n]) + fields for i, n, fields in _taken(c, data)] == short
@@ -103,7 +103,7 @@ def test_both_ends_find_the_same_frames_in_noise(
 def test_a_changed_byte_is_noticed_by_both(
     c: ctypes.CDLL, fields: bytes, data: st.DataObject
 ) -> None:
-    framed = bytearray(framing.framed(b"\x05\x01" + fields))
+    framed = bytearray(framing.frame(b"\x05\x01" + fields))
     place = data.draw(st.integers(0, len(framed) - 2))
     framed[place] ^= 1 << data.draw(st.integers(0, 7))
     before = c.bad()
@@ -116,9 +116,9 @@ def test_every_message_fits_a_frame_and_comes_back() -> None:
     for side in (protocol.HOST, protocol.BOARD):
         for message in side.values():
             values = dict.fromkeys(message.fields, 1)
-            body = framing.unframed(protocol.told(message.name, 7, **values)[:-1])
+            body = framing.unframe(protocol.encode(message.name, 7, **values)[:-1])
             assert body is not None
-            frame = protocol.heard(body)
+            frame = protocol.decode(body)
             assert frame is not None
             assert frame == (message.name, 7, values)
             assert len(body) + 2 <= 48

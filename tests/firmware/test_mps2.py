@@ -67,7 +67,7 @@ def test_a_reset_in_motion_stops_and_the_estimated_heat_stays() -> None:
         wire.bench.avr.reset()
         began = len(wire.trace)
         for _ in range(50):
-            wire.write(protocol.told("outputs", 0, sample=0, motor=4.0, ctrl=1.0))
+            wire.write(protocol.encode("outputs", 0, sample=0, motor=4.0, ctrl=1.0))
         assert not np.any(np.array(wire.trace[began:]))
         assert hot > 60.0 and rig.status()["temperature"] > 0.7 * hot
         with pytest.raises(BoardError, match="parameters"):

@@ -24,7 +24,7 @@ ASKED = Outputs(1.25, 0.0, 0.0, 0.0)  # what a law of the host would give
 
 def driven(loop: str, gains: Control, periods: int = 150) -> tuple[np.ndarray, np.ndarray]:
     """Efforts as recorded, and as the bridge had them."""
-    table = calibration.shipped()
+    table = calibration.default_calibration()
     wire = Wire(Bench(elf()))
     params = control.of(Limits(), None, gains)
     recorded = []

@@ -29,10 +29,14 @@ pytestmark = [needs_avr, pytest.mark.slow]
 def _fixture(loop: str) -> Fixture:
     def make(seed: int) -> BoardRig:
         wire = Wire(Bench(elf(), seed))
-        return BoardRig("simulated", loop, calibration.shipped(), open_port=lambda _: wire)
+        return BoardRig(
+            "simulated", loop, calibration.default_calibration(), open_port=lambda _: wire
+        )
 
     channels = make(0).channels
-    return Fixture("board:simulated", BENCH, make, channels, 1e-3, table=calibration.shipped())
+    return Fixture(
+        "board:simulated", BENCH, make, channels, 1e-3, table=calibration.default_calibration()
+    )
 
 
 @pytest.mark.timeout(1800)

@@ -26,7 +26,7 @@ def test_units_are_those_that_were() -> None:
 
 @pytest.mark.parametrize("name", UNITS)
 def test_code_and_variables(name: str) -> None:
-    written = files.written(catalogue.unit(name))
+    written = files.write_unit(catalogue.unit(name))
     code = bare(written.header) + bare(written.code)
     variables = Interface(written).variables
     shown = [f"{v.causality} {v.name} {v.unit}".rstrip() for v in variables]

@@ -14,12 +14,12 @@ from scipy.signal import lfilter, max_len_seq
 from macromicro import identify
 from macromicro.identify import Axis, Filtering, dead_zone, discontinuous_dead_zone, drive
 from macromicro.identify import records as room
-from macromicro.identify.hall import calibrated
+from macromicro.identify.hall import fit_table
 from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.identify.kiln import window_means, without_spikes
 from macromicro.identify.linear import whiteness
 from macromicro.models.weighted_gain import Exponential, exponential
-from macromicro.thesis.chapter5.actuator_models import asymptote, linearised, upper
+from macromicro.thesis.chapter5.actuator_models import asymptote, linearise, upper
 
 from .record import frozen
 
@@ -178,8 +178,8 @@ def test_static_gain() -> None:
         "gain",
         {
             "asymptote": asymptote(rise),
-            "linearised": linearised(volts, rise),
-            "linearised at": linearised(volts, rise, 84.0),
+            "linearised": linearise(volts, rise),
+            "linearised at": linearise(volts, rise, 84.0),
             "nonlinear": nonlinear(volts, rise),
             "upper": upper(low, steady, goals),
         },
@@ -195,7 +195,7 @@ def test_hall_calibration() -> None:
         for x, way in ((place, 1.0), (place[::-1], -1.0)):
             volts = 0.3 + 1.1 * (x - way * 0.002) + 0.05 * np.sin(2.0 * x)
             made.append((volts, x + 0.002 * random.standard_normal()))
-    frozen("hall", calibrated(made))
+    frozen("hall", fit_table(made))
 
 
 def test_smoothing() -> None:

@@ -7,7 +7,15 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from macromicro.hysteresis.curves import Curve
-from macromicro.hysteresis.shape import Grid, _edge, _ended, _evened, _followed, _scatter, branches
+from macromicro.hysteresis.shape import (
+    Grid,
+    _corrected_end,
+    _edge,
+    _even_weights,
+    _main_curve,
+    _scatter,
+    branches,
+)
 
 
 @pytest.mark.parametrize("uneven", [False, True])
@@ -39,7 +47,7 @@ def test_a_branch_is_bent_to_its_end_only_by_more_than_its_noise(miss: float) ->
     u = np.linspace(1.0, 0.0, 2001)
     curve = Curve(u, u + np.random.default_rng(7).normal(0.0, 0.02, 2001))
     branch = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
-    found = _ended(branch, 1.0 + miss, curve)
+    found = _corrected_end(branch, 1.0 + miss, curve)
     bent = np.array([1.0, 0.75, 0.5, 0.25, 0.0]) * miss if abs(miss) > 0.1 else 0.0
     wanted = branch + bent
     wanted[0] = 1.0 + miss
@@ -103,7 +111,7 @@ def test_a_curve_that_ends_early_goes_on_in_parallel_to_the_next() -> None:
     curves = rays(STARTS, ends)
     wanted = NODES.copy()
     wanted[:4] = [8.0 - 3.6 - 3.2, 8.0 - 3.6 - 1.6, 8.0 - 3.6, 8.0 - 1.8]
-    np.testing.assert_allclose(_followed(curves[::-1], GRID), wanted, atol=1e-9)
+    np.testing.assert_allclose(_main_curve(curves[::-1], GRID), wanted, atol=1e-9)
     rising, falling, gap = branches(curves, GRID, False)
     raw = np.where(NODES < 6.0, 0.3 * NODES, NODES**2 / 20.0)
     raw[:2] = [1.2 - 1.6, 1.2 - 0.8]
@@ -147,11 +155,11 @@ def test_each_curve_counts_once_in_each_cell() -> None:
     one = Curve(np.array([7.5, 7.0, 6.0, 5.9, 4.1]), np.zeros(5))
     two = Curve(np.array([7.5, 3.0]), np.zeros(2))
     third = 1.0 / 3.0
-    assert _evened([one, two], GRID).tolist() == pytest.approx(
+    assert _even_weights([one, two], GRID).tolist() == pytest.approx(
         [third, third, third, 0.5, 0.5, 1, 1]
     )
     shifted = GRID._replace(lo=1.0)  # cells 3 to 5, 5 to 7, 7 to 9
-    assert _evened([one], shifted).tolist() == pytest.approx([0.5, 0.5, 0.5, 0.5, 1.0])
+    assert _even_weights([one], shifted).tolist() == pytest.approx([0.5, 0.5, 0.5, 0.5, 1.0])
 
 
 @pytest.mark.parametrize("unit", [1e-10, 1.0, 1e9])
@@ -162,7 +170,7 @@ def test_the_unit_of_the_input_does_not_matter(unit: float) -> None:
     for found, wanted in zip(branches(scaled, grid, False), branches(curves, GRID, False),
                              strict=True):  # fmt: skip
         np.testing.assert_allclose(found, wanted, atol=1e-9)
-    np.testing.assert_allclose(_followed(scaled[::-1], grid), _followed(curves[::-1], GRID))
+    np.testing.assert_allclose(_main_curve(scaled[::-1], grid), _main_curve(curves[::-1], GRID))
 
 
 def test_a_curve_that_ends_at_a_node_but_for_rounding_reaches_it() -> None:
@@ -173,7 +181,7 @@ def test_a_curve_that_ends_at_a_node_but_for_rounding_reaches_it() -> None:
     other = Curve(np.linspace(0.7, 0.0, 9), np.linspace(0.7, 0.0, 9))
     wanted = 2.0 * grid.nodes
     wanted[:3] = 0.6 + grid.nodes[:3] - 0.3
-    np.testing.assert_allclose(_followed([first, other], grid), wanted, atol=1e-9)
+    np.testing.assert_allclose(_main_curve([first, other], grid), wanted, atol=1e-9)
 
 
 def test_where_points_are_dense_the_ends_are_those_of_the_line_near_them() -> None:
@@ -181,7 +189,7 @@ def test_where_points_are_dense_the_ends_are_those_of_the_line_near_them() -> No
     u = np.linspace(20.0, 0.0, 2001)
     f = u.copy()
     f[0], f[-1] = 25.0, -5.0
-    found = _followed([Curve(u, f)], GRID)
+    found = _main_curve([Curve(u, f)], GRID)
     np.testing.assert_allclose(found[1:-1], NODES[1:-1], atol=1e-9)
     for node, near, at in ((10, u >= 18.0, 20.0), (0, u <= 2.0, 0.0)):
         assert found[node] == pytest.approx(np.polyfit(u[near] - at, f[near], 1)[1], abs=1e-6)

@@ -116,7 +116,7 @@ def test_a_weight_that_is_far_off_is_made_up_for(monkeypatch: pytest.MonkeyPatch
     found = []
     for _ in range(2):
         rounds.append(0)
-        found.append(shape.bounded(matrix, a.T @ y, eye, np.zeros(15), 1e-4, 0.02))
+        found.append(shape.minimise(matrix, a.T @ y, eye, np.zeros(15), 1e-4, 0.02))
         monkeypatch.setattr(shape, "_WEIGHED", ())
     np.testing.assert_allclose(found[0], nnls(a, y)[0], atol=1e-3)
     assert rounds[0] < 0.3 * rounds[1]
@@ -126,7 +126,7 @@ def test_the_bound_is_met_to_a_ten_thousandth_of_the_usual_size() -> None:
     """x + b >= 0 for the least x^2 / 2 - x: with b = -3 and bounds one after the other, x = 3."""
     one = sp.csr_array(np.eye(2))
     right, offset = np.array([1.0, 1.0]), np.array([-3.0, 3.0])
-    rough, fine = (shape.bounded(one, right, one, offset, scale, 1.0) for scale in (1000.0, 1e-3))
+    rough, fine = (shape.minimise(one, right, one, offset, scale, 1.0) for scale in (1000.0, 1e-3))
     np.testing.assert_allclose(fine, [3.0, 1.0], atol=1e-7)
     assert 1e-4 < abs(rough[0] - 3.0) < 0.1
 
@@ -135,7 +135,8 @@ def test_as_many_rounds_are_made_as_are_asked_for() -> None:
     one = sp.csr_array(np.eye(2))
     right, offset = np.array([1.0, 1.0]), np.array([-3.0, 3.0])
     ends = [
-        float(shape.bounded(one, right, one, offset, 1e-9, 1.0, rounds)[0]) for rounds in (1, 5, 60)
+        float(shape.minimise(one, right, one, offset, 1e-9, 1.0, rounds)[0])
+        for rounds in (1, 5, 60)
     ]
     off = [abs(end - 3.0) for end in ends]
     assert off[0] > off[1] > off[2] and off[2] < 1e-6

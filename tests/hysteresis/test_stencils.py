@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.hysteresis.shape import Grid, densities, numbered, readings, roughness, slopes
+from macromicro.hysteresis.shape import Grid, densities, number_nodes, readings, roughness, slopes
 
 N = 5
 GRID = Grid(2.0, 0.5, N)
-IDS = numbered(N)
+IDS = number_nodes(N)
 VALUES = np.tril(np.random.default_rng(3).random((N, N)), -1)
 KNOWN = VALUES[IDS >= 0]
 
 
 def test_values_below_the_diagonal_are_numbered_row_by_row() -> None:
-    assert numbered(4).tolist() == [
+    assert number_nodes(4).tolist() == [
         [-1, -1, -1, -1],
         [0, -1, -1, -1],
         [1, 2, -1, -1],

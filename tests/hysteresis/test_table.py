@@ -162,14 +162,14 @@ def test_nonnegative_is_the_least_squares_solution() -> None:
     import scipy.sparse as sp
     from scipy.optimize import nnls
 
-    from macromicro.hysteresis.shape import bounded
+    from macromicro.hysteresis.shape import minimise
 
     rng = np.random.default_rng(6)
     a = rng.normal(size=(40, 15))
     y = rng.normal(size=40)
     expected, _ = nnls(a, y)
     matrix, bound = sp.csr_array(a.T @ a), sp.csr_array(np.eye(15))
-    found = bounded(matrix, a.T @ y, bound, np.zeros(15), 1e-4, 10.0)
+    found = minimise(matrix, a.T @ y, bound, np.zeros(15), 1e-4, 10.0)
     assert np.count_nonzero(expected == 0.0) > 2
     assert np.allclose(found, expected, atol=1e-6)
 

@@ -13,7 +13,7 @@ from tests.identify.late_records import AXIS, DT, record, rows, steps
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _axis_hints, drive
-from macromicro.identify._axis_hints import delay, suspected
+from macromicro.identify._axis_hints import delay, gravity_share
 from macromicro.identify.axis_fit import FIT, Driven, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.notices import DataWarning
@@ -26,7 +26,7 @@ HUNG = BALANCED._replace(sine=0.06, cosine=-0.08)
 def said_of(made: list[Rows], gain: float = 1.0) -> list[str]:
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
-        _axis_hints.warned(made, gain)
+        _axis_hints.warn_of_hints(made, gain)
     return [str(w.message) for w in seen if w.category is DataWarning]
 
 
@@ -38,10 +38,10 @@ def test_the_delay_of_the_force_is_found(samples: int) -> None:
 
 def test_a_shifted_force_keeps_its_ends() -> None:
     force = np.arange(5.0)
-    np.testing.assert_array_equal(_axis_hints.shifted(force, 2), [0.0, 0.0, 0.0, 1.0, 2.0])
-    np.testing.assert_array_equal(_axis_hints.shifted(force, -2), [2.0, 3.0, 4.0, 4.0, 4.0])
-    np.testing.assert_array_equal(_axis_hints.shifted(force, 0), force)
-    np.testing.assert_array_equal(_axis_hints.shifted(force, -9), np.full(5, 4.0))
+    np.testing.assert_array_equal(_axis_hints.shift(force, 2), [0.0, 0.0, 0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(_axis_hints.shift(force, -2), [2.0, 3.0, 4.0, 4.0, 4.0])
+    np.testing.assert_array_equal(_axis_hints.shift(force, 0), force)
+    np.testing.assert_array_equal(_axis_hints.shift(force, -9), np.full(5, 4.0))
 
 
 def test_drive_says_it_unless_the_delay_is_to_be_found() -> None:
@@ -120,14 +120,14 @@ def test_a_force_that_does_not_grow_is_told_with_its_limit(most: float, gain: fl
 
 def test_a_limited_force_is_cut_on_both_sides() -> None:
     u = steps(6)
-    (cut,) = _axis_hints.limited(rows(u, u), 20.0)
+    (cut,) = _axis_hints.limit_force(rows(u, u), 20.0)
     np.testing.assert_array_equal(cut.force, np.clip(u, -20.0, 20.0))
 
 
 def test_errors_of_a_smaller_force_count_as_parts_of_it() -> None:
     u = steps(6)
     made = rows(u, u)
-    assert _axis_hints.lowered_by(made, _axis_hints.limited(made, 0.5), "coulomb") is None
+    assert _axis_hints.lowered_by(made, _axis_hints.limit_force(made, 0.5), "coulomb") is None
 
 
 @pytest.mark.parametrize("seed", [7, 10])
@@ -167,15 +167,15 @@ def turning(axis: Axis, seed: int = 1, n: int = 8000) -> tuple[Array, Array, Arr
 def test_it_shows_in_blocks_held_out_where_it_is(seed: int) -> None:
     for axis, shows in ((HUNG, True), (BALANCED, False)):
         rows = rows_of(runs_of(*turning(axis, seed)), Driven())
-        assert (suspected(rows, "coulomb") is not None) is shows
+        assert (gravity_share(rows, "coulomb") is not None) is shows
 
 
 def test_what_it_explains_is_a_part_of_the_force_error() -> None:
     rows = rows_of(runs_of(*turning(HUNG)), Driven())
-    lowered = suspected(rows, "coulomb")
+    lowered = gravity_share(rows, "coulomb")
     assert lowered is not None and 0.02 < lowered < 1.0
     heavier = rows_of(runs_of(*turning(HUNG._replace(sine=0.12, cosine=-0.16))), Driven())
-    more = suspected(heavier, "coulomb")
+    more = gravity_share(heavier, "coulomb")
     assert more is not None and more > lowered
 
 

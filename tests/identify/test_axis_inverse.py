@@ -13,17 +13,17 @@ from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
     Rows,
-    _decimated,
+    _decimate,
     _standing,
     columns,
-    corrected,
     differences,
-    fitted,
+    fit_structure,
     linear,
     means,
     parameters,
     plausible,
-    stacked,
+    stack,
+    subtract_bias,
 )
 from macromicro.identify.runs import Run
 from macromicro.models.mass import Axis, late, simulate
@@ -110,7 +110,7 @@ def test_gravity_on_an_eccentric_load_is_found_beside_friction() -> None:
     force = 0.1 * a + 0.2 * v + 1.5 * np.sign(v) + 0.4 + 2.0 * np.sin(x) - 3.0 * np.cos(x)
     run = Run(T, held(force), x)
     still = np.abs(v) < 0.01 * np.abs(v).max()
-    found = fitted([Rows(run, held(force), v, a, still, 1, eccentric=True)], "coulomb")
+    found = fit_structure([Rows(run, held(force), v, a, still, 1, eccentric=True)], "coulomb")
     assert found.names == (*STRUCTURES["coulomb"], "sine", "cosine")
     np.testing.assert_allclose(found.values, [0.1, 0.2, 1.5, 0.4, 2.0, -3.0], rtol=0.02)
 
@@ -119,14 +119,14 @@ def test_decimation_keeps_what_is_slow_and_cuts_the_filters_ends() -> None:
     """Every tenth row, from the hundredth on: an FIR of 201 taps, cut off at 0.8 of the new
     Nyquist frequency."""
     for slow in (np.ones(6000), T, np.sin(3.0 * T)):
-        found = _decimated(slow, 10)
+        found = _decimate(slow, 10)
         assert len(found) == 580
         np.testing.assert_allclose(found, slow[100:-100:10], atol=1e-3)
     for frequency, share in ((20.0, 1.0), (40.0, 0.5), (60.0, 0.0)):
         fast = np.sin(2.0 * math.pi * frequency * T)
-        size = np.sqrt(2.0 * np.mean(_decimated(fast, 10) ** 2))
+        size = np.sqrt(2.0 * np.mean(_decimate(fast, 10) ** 2))
         assert size == pytest.approx(share, abs=0.02)
-    assert _decimated(slow, 1) is slow
+    assert _decimate(slow, 1) is slow
 
 
 def test_a_row_stands_where_half_of_its_samples_do() -> None:
@@ -151,7 +151,7 @@ def test_parameters_of_a_made_force_are_found_again(structure: str, factor: int)
         + np.sign(V) * (axis.coulomb + axis.stribeck * np.exp(-((V / 0.15) ** 2)))
     )  # fmt: skip
     parts = [rows(factor, force, slice(0, 3300)), rows(factor, force, slice(2700, None))]
-    found = fitted(parts, structure)
+    found = fit_structure(parts, structure)
     assert found.names == free
     np.testing.assert_allclose(found.values, [getattr(axis, n) for n in free], rtol=0.012)
     assert found.percent < 1.0
@@ -191,13 +191,13 @@ def test_an_estimate_is_corrected_by_what_its_method_makes_of_its_own_run() -> N
     """What comes out too large by as much is taken off, where an axis has what is left."""
     names = ("mass", "coulomb", "stribeck_speed")
     found = Estimate(TRUTH, names, np.eye(3), 0.1, 1.0)
-    other = corrected(found, np.array([2.1, 1.4, 0.2]))
+    other = subtract_bias(found, np.array([2.1, 1.4, 0.2]))
     np.testing.assert_allclose(other.values, [1.9, 1.6, 0.1])
     assert other.axis.viscous == TRUTH.viscous and other.covariance is found.covariance
     for own in ([4.0, 1.5, 0.15], [2.0, 3.1, 0.15], [2.0, 1.5, 0.31]):
-        assert corrected(found, np.array(own)) is found
+        assert subtract_bias(found, np.array(own)) is found
     bare = replace(found, axis=TRUTH._replace(stribeck_speed=-1.0), names=names[:2])
-    assert corrected(bare, np.array([2.1, 1.5])).axis.mass == pytest.approx(1.9)
+    assert subtract_bias(bare, np.array([2.1, 1.5])).axis.mass == pytest.approx(1.9)
 
 
 def test_an_estimate_tells_its_values_with_their_errors() -> None:
@@ -211,7 +211,7 @@ def test_a_held_force_leaves_no_bias_in_viscous_friction() -> None:
     t = np.arange(20000) * DT
     force = 60.0 * np.sin(2.0 * t) + 40.0 * np.sin(5.3 * t) + 30.0 * np.sign(np.sin(1.1 * t))
     x = simulate(Axis(95.0, 200.0, 20.0, -3.0), force, DT)
-    found = fitted([differences(Run(t, force, x), force, 80.0, 10)], "coulomb")
+    found = fit_structure([differences(Run(t, force, x), force, 80.0, 10)], "coulomb")
     np.testing.assert_allclose(found.values, [95.0, 200.0, 20.0, -3.0], rtol=5e-4)
 
 
@@ -232,22 +232,24 @@ def test_means_over_two_samples_are_weighted_by_a_triangle() -> None:
 def test_motion_that_does_not_determine_the_parameters_is_refused() -> None:
     steady = Rows(Run(T, FORCE, T), FORCE, np.ones(6000), np.zeros(6000), T < -1.0, 1)
     with pytest.raises(InputError, match="does not determine"):
-        fitted([steady], "viscous")
+        fit_structure([steady], "viscous")
     few = rows(part=slice(300, 302))
     with pytest.raises(InputError, match="does not determine"):
-        fitted([few], "viscous")
+        fit_structure([few], "viscous")
     one_way = Rows(Run(T, FORCE, X), FORCE, np.abs(V) + 0.1, A, T < -1.0, 1)
     with pytest.raises(InputError, match="does not determine"):
-        fitted([one_way], "coulomb")
+        fit_structure([one_way], "coulomb")
 
 
 def test_what_takes_no_more_of_the_force_than_rounding_is_nothing() -> None:
     """A held force is its constant, whatever the axis does; a mass of 1e-13 would be plausible."""
     held = Rows(Run(T, np.full(6000, 7.0), X), np.full(6000, 7.0), V, A, T < -1.0, 1)
-    found = fitted([held], "viscous")
+    found = fit_structure([held], "viscous")
     assert found.values[:2].tolist() == [0.0, 0.0] and not plausible(found)
     assert found.axis.offset == pytest.approx(7.0)
-    small = fitted([rows(force=FORCE + 1e7)], "full")  # of a force that is hardly but constant
+    small = fit_structure(
+        [rows(force=FORCE + 1e7)], "full"
+    )  # of a force that is hardly but constant
     assert (small.values[[0, 1, 2, 4, 5]] != 0.0).all()
 
 
@@ -256,10 +258,10 @@ def test_tables_of_several_records_are_stacked_without_what_stands(factor: int) 
     parts = [rows(factor, part=slice(0, 3000)), rows(factor, part=slice(3000, 6000))]
     parts[1].still[500:1500] = True
     each = [columns(r, ("mass", "coulomb"), 1.0) for r in parts]
-    table, lengths = stacked(parts, lambda r: columns(r, ("mass", "coulomb"), 1.0))
+    table, lengths = stack(parts, lambda r: columns(r, ("mass", "coulomb"), 1.0))
     assert lengths == [len(one) for one in each] and lengths[1] < lengths[0]
     np.testing.assert_array_equal(table, np.concatenate(each))
-    bare, _ = stacked(parts[1:], lambda r: columns(r, ("mass", "coulomb"), 1.0, forced=False))
+    bare, _ = stack(parts[1:], lambda r: columns(r, ("mass", "coulomb"), 1.0, forced=False))
     np.testing.assert_array_equal(bare, each[1][:, :-1])
 
 
@@ -267,9 +269,9 @@ def test_tables_of_several_records_are_stacked_without_what_stands(factor: int) 
 def test_the_unit_of_the_position_does_not_matter(unit: float) -> None:
     """What determines the parameters in metres does so in counts of any size."""
     still = T < -1.0
-    plain = fitted([Rows(Run(T, FORCE, X), FORCE, V, A, still, 1)], "coulomb")
+    plain = fit_structure([Rows(Run(T, FORCE, X), FORCE, V, A, still, 1)], "coulomb")
     scaled = Rows(Run(T, FORCE, unit * X), FORCE, unit * V, unit * A, still, 1)
-    found = fitted([scaled], "coulomb")
+    found = fit_structure([scaled], "coulomb")
     per = np.array([1.0 / unit, 1.0 / unit, 1.0, 1.0])  # mass and viscous; coulomb and offset
     assert found.names == ("mass", "viscous", "coulomb", "offset")
     np.testing.assert_allclose(found.values, per * plain.values, rtol=1e-6)

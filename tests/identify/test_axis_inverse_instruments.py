@@ -13,9 +13,9 @@ from macromicro.identify.axis_inverse import (
     Estimate,
     Rows,
     differences,
-    fitted,
-    instrumented,
+    fit_structure,
     under,
+    with_instruments,
 )
 from macromicro.identify.runs import Run
 from macromicro.models.mass import Axis, acting, simulate
@@ -35,8 +35,8 @@ def record(seed: int, noise: float = 15.0) -> list[Rows]:
 def test_a_noise_of_the_force_does_not_shrink_the_mass() -> None:
     """By least squares it comes out 1 % low, more than one record leaves open."""
     records = [record(seed) for seed in range(20)]
-    plain = [fitted(r, "coulomb") for r in records]
-    found = [instrumented(r, e) for r, e in zip(records, plain, strict=True)]
+    plain = [fit_structure(r, "coulomb") for r in records]
+    found = [with_instruments(r, e) for r, e in zip(records, plain, strict=True)]
     error = np.std([e.axis.mass for e in found]) / np.sqrt(20)
     assert np.mean([e.axis.mass for e in plain]) < 4.0 - 5.0 * error
     assert np.mean([e.axis.mass for e in found]) == pytest.approx(4.0, abs=4.0 * error)
@@ -49,13 +49,13 @@ def test_a_noise_of_the_force_does_not_shrink_the_mass() -> None:
 
 def test_a_free_run_that_is_no_guide_changes_nothing() -> None:
     rows = record(0)
-    plain = fitted(rows, "coulomb")
+    plain = fit_structure(rows, "coulomb")
     negative = Estimate(plain.axis._replace(coulomb=-1.0), *list(vars(plain).values())[1:])
-    assert instrumented(rows, negative) is negative
+    assert with_instruments(rows, negative) is negative
     stuck = Estimate(plain.axis._replace(coulomb=1e3), *list(vars(plain).values())[1:])
-    assert instrumented(rows, stuck) is stuck
+    assert with_instruments(rows, stuck) is stuck
     far = Estimate(plain.axis._replace(mass=400.0), *list(vars(plain).values())[1:])
-    assert instrumented(rows, far) is far
+    assert with_instruments(rows, far) is far
 
 
 def test_friction_of_a_free_run_that_stands_is_no_force() -> None:
@@ -67,8 +67,8 @@ def test_friction_of_a_free_run_that_stands_is_no_force() -> None:
     x = simulate(TRUTH, u + push, DT)
     assert np.diff(x[3600:4000]).min() > 0.0
     rows = [differences(Run(np.arange(N) * DT, u, x), u, 80.0, 10)]
-    plain = fitted(rows, "coulomb")
-    found = instrumented(rows, plain)
+    plain = fit_structure(rows, "coulomb")
+    found = with_instruments(rows, plain)
     assert found is not plain
     assert found.axis.offset == pytest.approx(plain.axis.offset, abs=0.1)
 
@@ -96,7 +96,7 @@ def test_friction_that_drops_is_told_with_errors_that_hold() -> None:
     held = np.zeros(6)
     for seed in range(24):
         rows, axis = braked(seed)
-        found = instrumented(rows, fitted(rows, "stribeck"))
+        found = with_instruments(rows, fit_structure(rows, "stribeck"))
         missed = found.values - [getattr(axis, n) for n in found.names]
         held += np.abs(missed) <= 1.96 * found.std
     assert (held[:4] >= 21).all() and (held[4:] >= 18).all() and (held < 24).sum() >= 3
@@ -104,7 +104,7 @@ def test_friction_that_drops_is_told_with_errors_that_hold() -> None:
 
 def test_beside_an_eccentric_load_each_has_its_own_error() -> None:
     rows, axis = braked(1, eccentric=True)
-    found = instrumented(rows, fitted(rows, "stribeck"))
+    found = with_instruments(rows, fit_structure(rows, "stribeck"))
     assert found.names[-3:] == ("sine", "cosine", "stribeck_speed")
     missed = found.values - [getattr(axis, n) for n in found.names]
     assert np.all(np.abs(missed) < 4.0 * found.std)
@@ -119,8 +119,8 @@ def test_a_clean_record_gives_back_what_it_was_made_with() -> None:
     t = np.arange(len(u)) * 1e-3
     runs = axis_fit.runs_of(t, u, simulate(truth, u, 1e-3))
     rows = axis_fit.rows_of(runs, Driven())
-    start = fitted(rows, "coulomb")
-    found = instrumented(rows, start)
+    start = fit_structure(rows, "coulomb")
+    found = with_instruments(rows, start)
     assert found.axis.mass == pytest.approx(4.0, rel=2e-4)
     assert found.axis.coulomb == pytest.approx(12.0, rel=2e-3)
 
@@ -156,12 +156,12 @@ def test_a_force_that_repeats_is_named_and_within_the_errors_of_both() -> None:
 def test_a_phase_moves_the_parameters_by_its_two_quadratures() -> None:
     """A covariance of (a a' + b b') / 2 where a and b are what sine and cosine move them by."""
     rows = record(2, 0.0)
-    found = fitted(rows, "coulomb")
+    found = fit_structure(rows, "coulomb")
     repeats = Ripple(2.0 * np.pi / 0.06, 1.5, 1.5, 0.0)
     added = under(rows, found, repeats).covariance - found.covariance
     moved = []
     for turn in (0.0, 0.5 * np.pi):
         pushed = [r._replace(force=r.force + repeats.at(r.run.x, turn)) for r in rows]
-        moved.append(fitted(pushed, "coulomb").values - found.values)
+        moved.append(fit_structure(pushed, "coulomb").values - found.values)
     assert added == pytest.approx(0.5 * sum(np.outer(m, m) for m in moved), rel=0.1, abs=1e-6)
     assert under(rows, found, None).covariance is found.covariance

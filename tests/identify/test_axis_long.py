@@ -40,17 +40,17 @@ def test_means_move_as_the_mean_force_tells(many: int, seed: int) -> None:
 
 def test_short_records_stay_as_they_are() -> None:
     run = record(20_000)
-    assert not _moved_mass.is_long([run]) and _moved_mass.shortened([run], AXIS) == [run]
+    assert not _moved_mass.is_long([run]) and _moved_mass.shorten([run], AXIS) == [run]
 
 
 def test_blocks_are_short_against_the_time_constant(monkeypatch: pytest.MonkeyPatch) -> None:
     """470 samples, of which 30 remain; what is still too long is represented by its parts."""
     run = record(30_000)
     monkeypatch.setattr(_moved_mass, "LONG", 10_000)
-    (made,) = _moved_mass.shortened([run], AXIS)
+    (made,) = _moved_mass.shorten([run], AXIS)
     assert len(made.t) == 10_000 and made.dt == pytest.approx(3.0 * DT)
     monkeypatch.setattr(_moved_mass, "LONG", 1000)
-    parts = _moved_mass.shortened([run], AXIS)
+    parts = _moved_mass.shorten([run], AXIS)
     assert [len(part.t) for part in parts] == [250] * 4
     assert parts[0].dt == pytest.approx(15.0 * DT)
     assert parts[-1].t[-1] == pytest.approx(run.t[-1], abs=15.0 * DT)

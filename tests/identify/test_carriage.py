@@ -70,7 +70,7 @@ def test_the_swings_intervals_cover_the_truth():
     held = np.zeros(2)
     for seed in range(40):
         noise = np.random.default_rng(100 + seed).standard_normal(len(u)) * 1e-6
-        values, parts = carriage._ringing([carriage.cut(*clean[:3], still + noise)], DT)
+        values, parts = carriage._ringing([carriage.cut_strokes(*clean[:3], still + noise)], DT)
         errors = {n: e * t.ppf(0.975, free) for n, ((e, free),) in parts.items()}
         off = np.array([values["frequency"] - TRUE.frequency, values["decay"] - TRUE.decay])
         held += np.abs(off) < np.array([errors["frequency"], errors["decay"]])
@@ -80,17 +80,19 @@ def test_the_swings_intervals_cover_the_truth():
 def test_strokes_are_cut_at_efforts_after_rest_and_end_where_the_laser_sees_the_swing_alone():
     u = np.zeros(2000)
     u[100:140], u[700:740], u[1500:1503] = 5.0, -5.0, 0.1
-    r = carriage.cut(*record(TRUE, u))
+    r = carriage.cut_strokes(*record(TRUE, u))
     assert [(a, b) for a, b, _ in r.strokes] == [(100, 700), (700, 1500)]
     for a, b, still in r.strokes:
         assert a + 40 + 30 < still < b
         assert not np.diff(r.counts[still - 30 : b]).any()
-    assert all(still == b for _, b, still in carriage.cut(*record(TRUE, u, laser=False)).strokes)
+    assert all(
+        still == b for _, b, still in carriage.cut_strokes(*record(TRUE, u, laser=False)).strokes
+    )
 
 
 @pytest.mark.slow
 def test_the_likelihood_is_greatest_near_the_truth():
-    r = carriage.cut(*record(TRUE, strokes.efforts(5.0)[:8000]))
+    r = carriage.cut_strokes(*record(TRUE, strokes.efforts(5.0)[:8000]))
     at = float(carriage._surprises(TRUE, [r], DT).sum())
     for name in ("push", "drag", "coulomb"):
         for factor in (0.9, 1.1):

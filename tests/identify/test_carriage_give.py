@@ -52,14 +52,14 @@ def spring(p: Terminal, natural: float, rate: float) -> complex:
 
 def seen(p: Terminal, give: Give) -> Terminal:
     """The swing on such a carriage: the root of its equation, and what a laser sees of it."""
-    with_it = carriage.moved(p, give.carriage)
+    with_it = carriage.swing_motion(p, give.carriage)
     w = 2.0 * math.pi * p.frequency
     roots = np.roots([1.0 + p.share * with_it, 2.0 * p.decay, w * w])
     root = complex(roots[np.argmax(roots.imag)])
     return p._replace(
         frequency=abs(root) / (2.0 * math.pi),
         decay=-root.real,
-        share=p.share * abs(1.0 + carriage.moved(p, give.platform)),
+        share=p.share * abs(1.0 + carriage.swing_motion(p, give.platform)),
     )
 
 
@@ -114,7 +114,7 @@ def test_what_is_not_sure_of_the_give_makes_the_swing_less_sure() -> None:
     answer = Answer(6e-6, 0.8e-3, (0.3e-6, 0.05e-3))
     give = Give(answer, answer)
     told = carriage.unsure(P, give, 0.0, 0.0)
-    moves = carriage.moved(P, answer).real
+    moves = carriage.swing_motion(P, answer).real
     assert told["share"] == pytest.approx(P.share * moves * 0.05, rel=0.1)
     assert told["frequency"] == pytest.approx(0.5 * P.frequency * P.share * moves * 0.05, rel=0.1)
     more = carriage.unsure(P, give, 0.5, 0.3e-3)
@@ -125,8 +125,8 @@ def test_what_is_not_sure_of_the_give_makes_the_swing_less_sure() -> None:
 def test_nudges_are_no_strokes_and_only_a_laser_sees_them() -> None:
     plant = bench.prepare(Settings().bench, Settings().sensors)
     volts = np.concatenate([strokes.efforts(5.0)[:3000], np.zeros(300), strokes.nudges(5.0)])
-    run = strokes.stroked(plant, volts, 900.0)
-    cut = carriage.cut(run["t"], run["motor"], run["macro_position"], run["laser"] * 1e-6)
+    run = strokes.stroke(plant, volts, 900.0)
+    cut = carriage.cut_strokes(run["t"], run["motor"], run["macro_position"], run["laser"] * 1e-6)
     ((a, b),) = cut.nudges
     assert a == 3300 + strokes.REST and b == len(volts)
     assert all(end <= a for _, end, _ in cut.strokes)
@@ -141,7 +141,7 @@ def test_the_bench_gives_by_its_bristles(bristle: float) -> None:
     tree = changed(Settings(), {"bench.friction.bristle": bristle})
     b = tree.bench
     plant = bench.prepare(b, tree.sensors)
-    run = strokes.stroked(plant, strokes.nudges(5.0), 900.0)
+    run = strokes.stroke(plant, strokes.nudges(5.0), 900.0)
     r = Nudged(run["motor"][strokes.REST :], run["laser"][strokes.REST :] * 1e-6)
     push = b.motor.constant / (b.motor.resistance * b.motor.pulley) * 4.0 / b.carriage.mass
     p = Terminal()._replace(push=push, delay=1.5e-3)

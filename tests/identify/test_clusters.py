@@ -149,7 +149,7 @@ def test_what_cannot_be_separated_is_named() -> None:
     assert sorted(lost) == ["a", "c"]
     assert clusters.unseen(column, ("a", "b")) == []
     with pytest.warns(DataWarning, match="a and b cannot be separated .*correlation 0.990"):
-        clusters.mixed(joint(0.99, 1.0), ("a", "b"), np.ones(2))
+        clusters.warn_of_mixture(joint(0.99, 1.0), ("a", "b"), np.ones(2))
 
 
 def joint(correlation: float, variance: float) -> clusters.Spread:
@@ -160,8 +160,8 @@ def joint(correlation: float, variance: float) -> clusters.Spread:
 def test_errors_that_do_no_harm_may_go_together() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        clusters.mixed(joint(0.99, 1e-6), ("a", "b"), np.ones(2))
-        clusters.mixed(joint(0.97, 1.0), ("a", "b"), np.ones(2))
+        clusters.warn_of_mixture(joint(0.99, 1e-6), ("a", "b"), np.ones(2))
+        clusters.warn_of_mixture(joint(0.97, 1.0), ("a", "b"), np.ones(2))
 
 
 def test_normal_errors_have_the_factors_of_all() -> None:

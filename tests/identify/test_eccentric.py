@@ -48,7 +48,7 @@ def test_errors_are_those_of_drawn_sines_and_cosines() -> None:
     spread = np.diag([1.0, 4e-6, 1e-6])
     spread[1, 2] = spread[2, 1] = 1.5e-6
     found = Estimate(HUNG, ("mass", "sine", "cosine"), spread, 0.0, 0.0)
-    values, std = eccentric.told(found)
+    values, std = eccentric.gravity_terms(found)
     assert values == pytest.approx([0.2, math.atan2(0.16, 0.12)])
     random = np.random.default_rng(5)
     drawn = random.multivariate_normal([0.12, -0.16], spread[1:, 1:], 20_000)
@@ -59,9 +59,9 @@ def test_errors_are_those_of_drawn_sines_and_cosines() -> None:
 def test_what_is_not_found_is_not_told() -> None:
     """Nor is the angle of a load that is balanced."""
     none = Estimate(HUNG, ("mass",), np.eye(1), 0.0, 0.0)
-    assert [len(each) for each in eccentric.told(none)] == [0, 0]
+    assert [len(each) for each in eccentric.gravity_terms(none)] == [0, 0]
     still = Estimate(HUNG._replace(sine=0.0, cosine=0.0), ("sine", "cosine"), np.eye(2), 0.0, 0.0)
-    values, std = eccentric.told(still)
+    values, std = eccentric.gravity_terms(still)
     assert values.tolist() == [0.0, 0.0] and np.isnan(std).all()
 
 
@@ -98,7 +98,7 @@ def test_its_errors_are_those_of_repeated_trials() -> None:
         x = simulate(axis, u + 0.1 * random.standard_normal(len(u)), DT, random.uniform(-3.0, 3.0))
         x += 1e-4 * random.standard_normal(len(u))
         found = drive(np.arange(len(u)) * DT, u, x, structure="coulomb", eccentric=True)
-        values, std = eccentric.told(found.refined)
+        values, std = eccentric.gravity_terms(found.refined)
         off = values - [size, hangs]
         off[1] = math.remainder(off[1], 2.0 * math.pi)
         missed.append(off / std)
@@ -126,8 +126,8 @@ def test_from_a_recording_to_a_machine_that_holds_it(tmp_path: Path) -> None:
     machine, made = machines.load(tmp_path / "found" / "model.toml")
     lowest = seen["position"].min() * DEG
     for place in np.linspace(0.0, tree.travel.high, 7):
-        there = sheets.pulled(made, place - lowest)
-        assert there == pytest.approx(sheets.pulled(tree, place), abs=0.01)
+        there = sheets.gravity_at(made, place - lowest)
+        assert there == pytest.approx(sheets.gravity_at(tree, place), abs=0.01)
     plan = planning.plan(planning.usual(made), made)
     done = runs.record(machine, made, plan)
     assert all(m.arrived_s is not None for m in results.moves(done.recording, plan, made.arrival))

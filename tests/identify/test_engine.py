@@ -15,13 +15,13 @@ from macromicro.identify.engine import (
     Fit,
     Pieces,
     Space,
-    cleared,
     fit,
     held_out,
     no_better,
-    settled,
+    settle_starts,
     simplest,
     typical,
+    without_starts,
 )
 from macromicro.identify.search import until
 
@@ -97,7 +97,7 @@ def test_what_a_state_explains_is_in_no_residual_and_no_slope() -> None:
             own = by[first:last]
             assert np.abs(end.slopes[first:last].T @ own).max() < 1e-6 * (own @ own)
             assert abs(end.residual[first:last] @ own) < 1e-6 * (own @ own)
-        assert np.abs(cleared(simulated, end, by)).max() < 1e-6
+        assert np.abs(without_starts(simulated, end, by)).max() < 1e-6
 
 
 def test_a_parameter_that_wants_below_its_bound_ends_there() -> None:
@@ -112,7 +112,7 @@ def test_a_parameter_that_wants_below_its_bound_ends_there() -> None:
 def test_states_are_found_for_known_parameters() -> None:
     truth = np.array([1.5, 0.7])
     rough = made(truth)
-    near = settled(simulated, space(), rough, truth)
+    near = settle_starts(simulated, space(), rough, truth)
     assert np.abs(simulated(truth, near) - near.y).max() < 1e-9
     assert np.abs(simulated(truth, rough) - rough.y).max() > 1e-2
 

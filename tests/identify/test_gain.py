@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from macromicro.errors import InputError
 from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.chapter5.actuator_models import asymptote, linearised, upper
+from macromicro.thesis.chapter5.actuator_models import asymptote, linearise, upper
 
 VOLTS = (1.5, 1.525, 1.55, 1.575, 1.6)
 
@@ -23,7 +23,7 @@ def rises(p: Exponential) -> list[float]:
 def test_exact_points_give_the_curve_back(b: float, a: float, y0: float) -> None:
     p = Exponential(b, a, 1.5, y0)
     y = rises(p)
-    for fit in (linearised(VOLTS, y), linearised(VOLTS, y, b + y0), nonlinear(VOLTS, y)):
+    for fit in (linearise(VOLTS, y), linearise(VOLTS, y, b + y0), nonlinear(VOLTS, y)):
         assert fit.model == pytest.approx(p, rel=1e-4)
         assert fit.asymptote == pytest.approx(b + y0, rel=1e-5)
 
@@ -31,7 +31,7 @@ def test_exact_points_give_the_curve_back(b: float, a: float, y0: float) -> None
 def test_linearised_route_is_ill_conditioned() -> None:
     """(5.4): a logarithm near its asymptote. A kelvin of y_inf moves A by more than 10 %."""
     y = rises(Exponential())
-    near, far = linearised(VOLTS, y, 83.0), linearised(VOLTS, y, 84.0)
+    near, far = linearise(VOLTS, y, 83.0), linearise(VOLTS, y, 84.0)
     assert abs(near.model.a / far.model.a - 1.0) > 0.1
 
 
@@ -67,14 +67,14 @@ def test_printed_upper_gain_comes_back() -> None:
 
 def test_bad_points_are_refused() -> None:
     with pytest.raises(InputError, match="3 or more"):
-        linearised((1.5, 1.6), (57.0, 82.0))
+        linearise((1.5, 1.6), (57.0, 82.0))
     with pytest.raises(InputError, match="all different"):
         nonlinear((1.5, 1.5, 1.6, 1.7), (1.0, 2.0, 3.0, 4.0))
     with pytest.raises(InputError, match="rise with CTRL"):
         nonlinear(VOLTS, (60.0, 50.0, 70.0, 80.0, 90.0))
     with pytest.raises(InputError, match="more than all temperatures"):
-        linearised(VOLTS, rises(Exponential()), 80.0)
+        linearise(VOLTS, rises(Exponential()), 80.0)
     with pytest.raises(InputError, match="equal steps"):
-        linearised((1.5, 1.52, 1.6), (57.0, 70.0, 82.0))
+        linearise((1.5, 1.52, 1.6), (57.0, 70.0, 82.0))
     with pytest.raises(InputError, match="2 voltages"):
         upper(Exponential(), {}, {1.7: 93.0})

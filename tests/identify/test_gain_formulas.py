@@ -14,7 +14,7 @@ from macromicro.errors import InputError
 from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.chapter5.actuator_models import asymptote, linearised, upper
+from macromicro.thesis.chapter5.actuator_models import asymptote, linearise, upper
 
 VOLTS = np.array([1.5, 1.525, 1.55, 1.575, 1.6])
 RISE = np.array([57.5, 73.6, 79.1, 81.9, 82.4])  # (5.5), off by some tenths
@@ -31,7 +31,7 @@ def test_the_asymptote_is_aitkens() -> None:
 
 def test_the_linearised_route_is_a_line_through_the_origin() -> None:
     """y' = -ln(1 - (y - y0) / B) over x - x0; its interval by the usual formula, Student's t."""
-    found = linearised(VOLTS[::-1], RISE[::-1], 83.0)
+    found = linearise(VOLTS[::-1], RISE[::-1], 83.0)
     x, y = VOLTS[1:] - 1.5, -np.log(1.0 - (RISE[1:] - 57.5) / 25.5)
     a = (x * y).sum() / (x * x).sum()
     spread = np.sqrt(((y - a * x) ** 2).sum() / 3.0 / (x * x).sum())
@@ -45,18 +45,18 @@ def test_the_linearised_route_is_a_line_through_the_origin() -> None:
 
 
 def test_without_an_asymptote_it_is_taken_from_equal_steps() -> None:
-    assert linearised(VOLTS, RISE).asymptote == pytest.approx(asymptote(RISE))
+    assert linearise(VOLTS, RISE).asymptote == pytest.approx(asymptote(RISE))
     uneven = np.r_[VOLTS[:-1], 1.61]
     with pytest.raises(InputError, match="equal steps"):
-        linearised(uneven, RISE)
+        linearise(uneven, RISE)
     for early in (np.r_[1.49, VOLTS[1:]], np.r_[1.5, 1.51, VOLTS[2:]]):  # the last three count
-        assert linearised(early, RISE).asymptote == pytest.approx(asymptote(RISE))
+        assert linearise(early, RISE).asymptote == pytest.approx(asymptote(RISE))
 
 
 @pytest.mark.parametrize("y_inf", [82.4, 80.0, 57.5, 10.0])
 def test_an_asymptote_lies_above_all_temperatures(y_inf: float) -> None:
     with pytest.raises(InputError, match=r"more than all temperatures \(82.4\)"):
-        linearised(VOLTS, RISE, y_inf)
+        linearise(VOLTS, RISE, y_inf)
 
 
 def test_the_nonlinear_fit_and_its_intervals_are_those_of_curve_fit() -> None:
@@ -130,7 +130,7 @@ def test_a_search_that_does_not_settle_is_said(monkeypatch: pytest.MonkeyPatch) 
 
 def test_as_many_points_as_a_fit_needs_are_enough() -> None:
     """Three for the line, whose interval has one degree of freedom, and four for the curve."""
-    found = linearised(VOLTS[:3], RISE[:3], 83.0)
+    found = linearise(VOLTS[:3], RISE[:3], 83.0)
     x, y = VOLTS[1:3] - 1.5, -np.log(1.0 - (RISE[1:3] - 57.5) / 25.5)
     a = (x * y).sum() / (x * x).sum()
     spread = np.sqrt(((y - a * x) ** 2).sum() / (x * x).sum())
@@ -140,12 +140,12 @@ def test_as_many_points_as_a_fit_needs_are_enough() -> None:
     assert nonlinear(VOLTS[:4], [exponential(truth, v) for v in VOLTS[:4]]).model == pytest.approx(
         truth, rel=1e-4
     )
-    for fit, count in ((linearised, 2), (nonlinear, 3)):
+    for fit, count in ((linearise, 2), (nonlinear, 3)):
         with pytest.raises(InputError, match=f"number {count} and.*{count + 1} or more"):
             fit(VOLTS[:count], RISE[:count])
 
 
 def test_one_temperature_a_voltage() -> None:
-    for fit in (linearised, nonlinear):
+    for fit in (linearise, nonlinear):
         with pytest.raises(InputError, match=r"number 5 and 4\. Give .* pairs"):
             fit(VOLTS, RISE[:4])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify.hall import _tables, calibrate, calibrated
+from macromicro.identify.hall import _tables, calibrate, fit_table
 
 Pair = tuple[np.ndarray, np.ndarray]
 
@@ -39,14 +39,14 @@ def test_a_table_never_falls() -> None:
 def test_the_mean_is_over_runs_of_each_direction_alike() -> None:
     """Half of what the two differ by is `between`; one direction alone tells none."""
     volts = np.linspace(0.0, 5.0, 5001)
-    fit = calibrated([*both_ways(volts, volts, 0.1), *both_ways(volts, volts, 0.3)], 0.5, 4.5, 9)
+    fit = fit_table([*both_ways(volts, volts, 0.1), *both_ways(volts, volts, 0.3)], 0.5, 4.5, 9)
     np.testing.assert_allclose(fit.calibration.position, fit.volts, atol=1e-9)
     np.testing.assert_allclose(fit.between, 0.2, atol=1e-9)
     np.testing.assert_allclose(fit.std, np.std([0.1, -0.1, 0.3, -0.3], ddof=1), atol=1e-9)
     np.testing.assert_allclose(fit.error, fit.std / 2.0)
-    one = calibrated([(volts, volts), (volts, volts + 0.1)], 0.5, 4.5, 9)
+    one = fit_table([(volts, volts), (volts, volts + 0.1)], 0.5, 4.5, 9)
     assert np.isnan(one.between).all() and one.runs == 2
-    down = calibrated([(volts[::-1], volts[::-1])] * 2, 0.5, 4.5, 9)
+    down = fit_table([(volts[::-1], volts[::-1])] * 2, 0.5, 4.5, 9)
     assert np.isnan(down.between).all()
 
 

@@ -8,7 +8,7 @@ import pytest
 from macromicro import hall_table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.hall import calibrated, splined
+from macromicro.identify.hall import fit_spline, fit_table
 from macromicro.plant import bench, hall
 from macromicro.plant.bench import Bench, Sensors
 
@@ -42,7 +42,7 @@ def made(
 
 def test_lag_is_fitted_where_the_mean_of_the_runs_keeps_it() -> None:
     runs = made(slow=0.0)
-    found, mean = splined(runs), calibrated(runs)
+    found, mean = fit_spline(runs), fit_table(runs)
     assert abs(found.lag - LAG) < 4.0 * found.lag_error < 0.2
     inner = (mean.volts > 0.5) & (mean.volts < 4.5)
     off, left = (
@@ -57,7 +57,7 @@ def test_lag_is_fitted_where_the_mean_of_the_runs_keeps_it() -> None:
 
 def test_an_offset_of_each_run_is_the_uncertainty() -> None:
     """The standard error of the mean of six runs, whatever the number of readings."""
-    found = splined(made(slow=5e-6)).fit
+    found = fit_spline(made(slow=5e-6)).fit
     seen = np.isfinite(found.error)
     offsets = [float(np.mean(x - place_of(v))) for v, x in made(slow=5e-6)]
     ways = np.array([1.0, -1.0] * 3)
@@ -67,7 +67,7 @@ def test_an_offset_of_each_run_is_the_uncertainty() -> None:
 
 
 def test_beyond_the_runs_the_last_slope_and_no_uncertainty() -> None:
-    found = splined(made(), -1.0, 6.0, 141).fit
+    found = fit_spline(made(), -1.0, 6.0, 141).fit
     seen = np.isfinite(found.error)
     assert found.volts[seen][0] > 0.29 and not seen[[0, -1]].any()
     steps = np.diff(found.calibration.position)
@@ -85,14 +85,14 @@ def test_beyond_the_runs_the_last_slope_and_no_uncertainty() -> None:
 )
 def test_two_runs_each_way_or_a_message(kept: slice, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        splined(made()[kept])
+        fit_spline(made()[kept])
 
 
 def test_a_range_that_the_runs_lack_is_refused() -> None:
     with pytest.raises(InputError, match="of 126 voltages are covered"):
-        splined(made(), 4.0, 9.0)
+        fit_spline(made(), 4.0, 9.0)
     with pytest.raises(InputError, match="a run has"):
-        splined([(v[:: N // 20], x[:: N // 20]) for v, x in made()])
+        fit_spline([(v[:: N // 20], x[:: N // 20]) for v, x in made()])
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_interval_of_95_percent_covers_the_bench_table() -> None:
     rises = np.concatenate([[True], np.diff(shown) > 1e-9])
     covered, lags = [], []
     for seed in range(200, 208):
-        found = splined(hall_table.ramps(plant, seed))
+        found = fit_spline(hall_table.ramps(plant, seed))
         volts = found.fit.volts
         inner = (volts > 0.1) & (volts < 4.9)
         off = found.fit.calibration.position - np.interp(volts, shown[rises], xs[rises])

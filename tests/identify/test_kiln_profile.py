@@ -11,10 +11,10 @@ from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.kiln import (
     Profile,
-    cleaned,
+    clean,
     first_order_curves,
     fod_table,
-    predicted,
+    predict,
 )
 from macromicro.recording import Recording
 
@@ -31,7 +31,7 @@ def test_cleaning_takes_spikes_out_and_keeps_parabolas() -> None:
     t = np.arange(0.0, 300.0, 0.1)
     smooth = 60.0 - 0.002 * (t - 150.0) ** 2
     spiky = smooth + 9.0 * ((t > 50.0) & (t < 52.0))
-    found = cleaned(recorded(spiky, 0.01 * t))
+    found = clean(recorded(spiky, 0.01 * t))
     np.testing.assert_allclose(found.temperature, smooth, atol=0.02)
     np.testing.assert_allclose(found.position, 0.01 * t)
     np.testing.assert_allclose(found.t, t)
@@ -42,7 +42,7 @@ def test_noise_is_averaged_over_its_window(window: float, share: float) -> None:
     """A parabola over n samples keeps about 1.5 / sqrt(n) of white noise: of 61 here. Less than
     five samples are left alone."""
     noise = np.random.default_rng(0).normal(0.0, 0.02, 5000)
-    found = cleaned(recorded(50.0 + noise, np.zeros(5000)), window).temperature - 50.0
+    found = clean(recorded(50.0 + noise, np.zeros(5000)), window).temperature - 50.0
     assert found.std() / noise.std() == pytest.approx(share, rel=0.06)
     if share == 1.0:
         np.testing.assert_array_equal(found + 50.0, 50.0 + noise)
@@ -79,7 +79,7 @@ def heated(*peaks: float) -> np.ndarray:
 def test_a_prediction_is_the_models_run_along_the_cleaned_temperature() -> None:
     u = heated(90.0, 60.0)
     x = Preisach(TABLE).run(u)
-    found = predicted(TABLE, recorded(u, x + 0.07))
+    found = predict(TABLE, recorded(u, x + 0.07))
     model = Preisach(TABLE).run(found.profile.temperature)
     np.testing.assert_allclose(found.model, model, atol=1e-12)
     np.testing.assert_allclose(found.profile.position, x + 0.07)
@@ -96,7 +96,7 @@ def test_a_table_comes_from_all_recordings_together() -> None:
     assert len(found.raw) == 6
     assert found.shape == "nonnegative" and found.n == 41
     x = Preisach(TABLE).run(u)
-    assert predicted(found, made[0]).rms < 0.03 * np.ptp(x)
+    assert predict(found, made[0]).rms < 0.03 * np.ptp(x)
 
 
 def test_a_share_of_the_stroke_has_no_sign() -> None:
@@ -104,5 +104,5 @@ def test_a_share_of_the_stroke_has_no_sign() -> None:
     falling = FodTable(TABLE.lo, TABLE.step, -TABLE.values, 4.0)
     u = heated(90.0)
     x = Preisach(falling).run(u)
-    found = predicted(falling, recorded(u, x + 0.07))
+    found = predict(falling, recorded(u, x + 0.07))
     assert found.share == pytest.approx(found.rms / 3.5) and found.share > 0.0

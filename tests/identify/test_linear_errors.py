@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.identify import _linear, linear
-from macromicro.identify._linear import Solution, prepared
+from macromicro.identify._linear import Solution, prepare_task
 from macromicro.identify.notices import DataWarning
 
 A, B = np.array([-1.65833, 0.670831]), np.array([40.0, 9.716])
@@ -144,7 +144,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(name: str) -> None:
 
 
 def task_of(psi: Array, left: Array) -> tuple[Any, Solution]:
-    task = prepared(np.ones(len(left)), np.ones(len(left)), 1, 1, DT)
+    task = prepare_task(np.ones(len(left)), np.ones(len(left)), 1, 1, DT)
     return task, Solution(np.zeros(2), psi, left)
 
 
@@ -168,7 +168,7 @@ def test_errors_scatter_by_stretch_and_do_not_depend_on_units() -> None:
 def test_how_far_a_model_is_from_linear_in_its_parameters() -> None:
     """Of one pole p, two free runs tell by hand; of a pole that may be unstable it is infinite."""
     u = steps(8)
-    task = prepared(u, u, 1, 1, DT)
+    task = prepare_task(u, u, 1, 1, DT)
     more, less, middle = (lfilter([0.0, 2.0], [1.0, -p], u) for p in (0.93, 0.87, 0.9))
     expected = np.linalg.norm(more + less - 2.0 * middle) / np.linalg.norm(more - less)
     found = fit("sriv", u, middle, 1)

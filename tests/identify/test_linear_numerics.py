@@ -17,10 +17,10 @@ from macromicro.identify._linear import (
     Solution,
     Task,
     free_runs,
-    prepared,
+    is_settled,
+    prepare_task,
     regressors,
-    settled,
-    solved,
+    solve,
     stable,
 )
 from macromicro.identify.linear import gls, least_squares, mls, sriv
@@ -33,7 +33,7 @@ Y[[0, -1]] = 0.0  # both records below start at rest
 
 
 def task(na: int = 2, nb: int = 2, delay: int = 1, start: Any = "rest", n: int = 60) -> Task:
-    return prepared([U[:n], U[::-1][:n]], [Y[:n], Y[::-1][:n]], na, nb, 0.1, delay, start=start)
+    return prepare_task([U[:n], U[::-1][:n]], [Y[:n], Y[::-1][:n]], na, nb, 0.1, delay, start=start)
 
 
 @pytest.mark.parametrize(
@@ -56,13 +56,13 @@ def test_a_free_start_has_as_many_terms_as_the_model_remembers(
 )  # fmt: skip
 def test_orders_out_of_range_are_refused(name: str, orders: Any) -> None:
     with pytest.raises(InputError, match=f"{name}.*a whole number from .* to 50"):
-        prepared(U, Y, orders[0], orders[1], 0.1, orders[2])
+        prepare_task(U, Y, orders[0], orders[1], 0.1, orders[2])
 
 
 def test_the_smallest_and_largest_orders_are_accepted() -> None:
     long = np.random.default_rng(0).normal(size=400)
-    assert prepared(long, long, 0, 1, 0.1, 0, start="rest").size == 1
-    assert prepared(long, long, 50, 50, 0.1, 50, start="rest").size == 100
+    assert prepare_task(long, long, 0, 1, 0.1, 0, start="rest").size == 1
+    assert prepare_task(long, long, 50, 50, 0.1, 50, start="rest").size == 100
 
 
 @pytest.mark.parametrize(("na", "nb", "delay"), [(1, 1, 1), (2, 3, 4)])
@@ -78,16 +78,16 @@ def test_a_record_has_two_samples_a_parameter_and_ten_to_spare(
 @pytest.mark.parametrize("dt", [0.0, -1.0, np.inf, np.nan])
 def test_a_sample_time_is_finite_and_above_zero(dt: float) -> None:
     with pytest.raises(InputError, match="dt"):
-        prepared(U, Y, 1, 1, dt, 1, start="rest")
+        prepare_task(U, Y, 1, 1, dt, 1, start="rest")
 
 
 def test_a_free_start_needs_an_input_that_changes() -> None:
     ones = np.ones(60)
     with pytest.raises(InputError, match="constant"):
-        prepared(ones, Y, 1, 1, 0.1, 1, start="free")
-    assert prepared(ones, Y, 1, 1, 0.1, 1, start="rest").starts == 0
+        prepare_task(ones, Y, 1, 1, 0.1, 1, start="free")
+    assert prepare_task(ones, Y, 1, 1, 0.1, 1, start="rest").starts == 0
     with pytest.raises(InputError, match="start"):
-        prepared(U, Y, 1, 1, 0.1, 1, start="warm")  # type: ignore[arg-type]
+        prepare_task(U, Y, 1, 1, 0.1, 1, start="warm")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -128,8 +128,8 @@ def test_weighted_least_squares_and_instruments() -> None:
     phi[:, 1] *= 1e9
     roots = np.sqrt(RNG.uniform(0.1, 2.0, 40))
     plain = np.linalg.lstsq(phi * roots[:, None], target * roots, rcond=None)[0]
-    np.testing.assert_allclose(solved(phi, phi, target, roots), plain, rtol=1e-9)
-    by = solved(psi, phi, target, roots)
+    np.testing.assert_allclose(solve(phi, phi, target, roots), plain, rtol=1e-9)
+    by = solve(psi, phi, target, roots)
     left = psi.T @ (roots**2 * (target - phi @ by))
     np.testing.assert_allclose(left, 0.0, atol=1e-9)
 
@@ -140,11 +140,11 @@ def test_columns_that_depend_on_each_other_or_are_zero_are_refused(same: bool) -
     phi[:, 2] = phi[:, 0] + phi[:, 1]
     psi = phi if same else phi.copy()
     with pytest.raises(InputError, match="do not determine"):
-        solved(psi, phi, Y[:40], np.ones(40))
+        solve(psi, phi, Y[:40], np.ones(40))
     phi = phi.copy()
     phi[:, 1] = 0.0
     with pytest.raises(InputError, match="zero throughout"):
-        solved(phi, phi, Y[:40], np.ones(40))
+        solve(phi, phi, Y[:40], np.ones(40))
 
 
 def test_roots_outside_the_circle_are_reflected_into_it() -> None:
@@ -172,7 +172,7 @@ def test_settled_means_less_than_a_ten_thousandth_of_the_error(
         new = np.array([1.0, 5.0])
         old = new.copy()
         old[k] -= share * least
-        assert settled(t, new, old, Solution(new, psi, residual)) == done
+        assert is_settled(t, new, old, Solution(new, psi, residual)) == done
 
 
 A = np.array([-1.6, 0.68])
@@ -246,7 +246,7 @@ def test_refined_instruments_are_orthogonal_to_what_is_left() -> None:
 def test_what_does_not_settle_is_said_after_a_hundred_iterations(
     method: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_linear, "settled", lambda *_: False)
+    monkeypatch.setattr(_linear, "is_settled", lambda *_: False)
     with pytest.warns(ConvergenceWarning, match="not settled after 100 iterations"):
         found = method(RECORDS, answered(0.05), 2, 2, DT)
     assert not found.converged and found.iterations == 100 == MAX_ITERATIONS
@@ -404,10 +404,10 @@ def test_the_least_of_several_ends_is_taken_and_all_are_told() -> None:
 
 
 def test_beginnings_are_those_of_the_methods_and_of_first_order() -> None:
-    task = prepared(BITS, ANSWER, 2, 2, 1.0, 1, start="rest")
+    task = prepare_task(BITS, ANSWER, 2, 2, 1.0, 1, start="rest")
     found = _linear.begins(task)
     for name in ("mls", "sriv", "least_squares"):
         np.testing.assert_allclose(found[name], np.r_[POLES, ZEROS], rtol=1e-6)
-    low = _linear.begins(prepared(BITS, ANSWER, 1, 1, 1.0, 1, start="rest"))
+    low = _linear.begins(prepare_task(BITS, ANSWER, 1, 1, 1.0, 1, start="rest"))
     assert "first order" not in low
     np.testing.assert_allclose(found["first order"], [low["mls"][0], 0.0, low["mls"][1], 0.0])

@@ -30,7 +30,7 @@ def test_where_noise_is_all_the_whole_record_is_fitted(seed: int) -> None:
     """Its search begins from the state that the first piece has found, not from a measured one."""
     run, axis = turned(seed)
     model = Model(NAMES)
-    parts = _moved_mass.fitted([run], model, [axis._replace(mass=0.0105, viscous=0.075)])[0]
+    parts = _moved_mass.fit_starts([run], model, [axis._replace(mass=0.0105, viscous=0.075)])[0]
     found = _moved_mass.surest([run], model, parts)
     assert len(found.fit.pieces.many) == 1
     assert found.fit.rms == pytest.approx(NOISE, rel=0.05)

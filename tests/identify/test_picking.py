@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.files.naming import DATES, parted
+from macromicro.files.naming import DATES, split_unit
 from macromicro.files.table import Table
 from macromicro.identify.notices import SaturationWarning
-from macromicro.identify.picking import Role, T, pick, railed
+from macromicro.identify.picking import Role, T, find_saturated, pick
 
 X = Role("x", "position", ("x", "position"), ("m",))
 U = Role("u", "voltage", ("u",), ("V",), optional=True)
@@ -19,7 +19,7 @@ U = Role("u", "voltage", ("u",), ("V",), optional=True)
 
 def table(**columns: list[float]) -> Table:
     made = {name: np.array(values) for name, values in columns.items()}
-    return Table("a.csv", made, {name: parted(name)[1] for name in made}, {})
+    return Table("a.csv", made, {name: split_unit(name)[1] for name in made}, {})
 
 
 def test_columns_of_two_lengths_are_refused() -> None:
@@ -120,7 +120,7 @@ def found_in(x: np.ndarray) -> bool:
     """Is it told as saturated? Nothing else may be warned of."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        where = railed(x, "x")
+        where = find_saturated(x, "x")
     assert all(issubclass(w.category, SaturationWarning) for w in told)
     assert bool(told) == bool(where.any())
     return bool(told)
@@ -184,6 +184,6 @@ def test_more_than_half_is_refused() -> None:
             warnings.simplefilter("ignore")
             if refused:
                 with pytest.raises(InputError, match="saturated in 200 of 380 samples"):
-                    railed(x, "x")
+                    find_saturated(x, "x")
             else:
-                assert railed(x, "x").mean() == 0.5
+                assert find_saturated(x, "x").mean() == 0.5

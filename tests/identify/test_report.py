@@ -19,7 +19,7 @@ T = np.arange(40) * 0.5
 
 def made(tests: list[Pair], curves: Curves | None) -> Result:
     parts = Result("hall", "a", None, [Line("mass", 2.0)], [], "", lambda: {"own": "figure"})  # type: ignore[dict-item,return-value]
-    return _report.completed(parts, "mm", tests, None if curves is None else lambda: curves)
+    return _report.complete(parts, "mm", tests, None if curves is None else lambda: curves)
 
 
 def test_validation_records_become_lines_data_and_curves() -> None:
@@ -50,7 +50,7 @@ def test_a_kind_may_give_residuals_and_tests_of_its_own() -> None:
     rest = plots(made([], own).plot()["residuals"])[0]
     assert rest.y == "v [mm/s]" and rest.lines[0][2].tolist() == [1.0] * 40
     parts = Result("deadzone", "a", None, [], [], "", dict, {"tests": [{"right": 3}]})
-    assert _report.completed(parts).data["tests"] == [{"right": 3}]
+    assert _report.complete(parts).data["tests"] == [{"right": 3}]
 
 
 def test_a_record_without_samples_or_a_change_has_no_percentage() -> None:
@@ -62,11 +62,11 @@ def test_a_record_without_samples_or_a_change_has_no_percentage() -> None:
 def test_parameters_whose_error_exceeds_them_are_named() -> None:
     lines = [Line("mass", 2.0, 1.9), Line("stribeck", -0.1, 0.2), Line("offset", 0.0, 1.0)]
     with pytest.warns(DataWarning, match="^stribeck: not determined") as seen:
-        _report.undetermined(lines, ("mass", "stribeck"))
+        _report.warn_of_undetermined(lines, ("mass", "stribeck"))
     assert len(seen) == 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        _report.undetermined([*lines[::2], Line("stribeck", 0.1)], ("mass", "stribeck"))
+        _report.warn_of_undetermined([*lines[::2], Line("stribeck", 0.1)], ("mass", "stribeck"))
 
 
 def test_notes_hold_each_parameter_with_its_unit_and_accuracy() -> None:

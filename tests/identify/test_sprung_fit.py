@@ -12,7 +12,14 @@ from macromicro.errors import InputError
 from macromicro.identify import DataWarning
 from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.runs import Run
-from macromicro.identify.sprung_fit import Load, SprungFit, moving, same, sprung_drive, started
+from macromicro.identify.sprung_fit import (
+    Load,
+    SprungFit,
+    initial_state,
+    moving,
+    same,
+    sprung_drive,
+)
 from macromicro.kernel import compiled
 from macromicro.models.mass import Axis, motion, step
 
@@ -114,7 +121,7 @@ def test_the_start_of_a_record_that_was_not_fitted() -> None:
     run = record(DECAY, np.zeros(2000), 1, 1e-6, at=(1e-3, 0.0))
     fit = sprung_drive([run], driven=False, spring=True, friction="coulomb")
     other = record(DECAY, np.zeros(2000), 8, 1e-6, at=(-5e-4, 0.07))
-    x, v = started(fit, other)
+    x, v = initial_state(fit, other)
     assert (x, v) == pytest.approx((-5e-4, 0.07), rel=0.01)
     missed = fit.simulate(other.u, DT, x, v) - other.x
     assert np.sqrt(np.mean(missed**2)) < 2e-6

@@ -16,7 +16,7 @@ from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import (
     StepRecord,
-    averaged,
+    average,
     cooling,
     heating,
     steady,
@@ -51,13 +51,13 @@ def stepped(goal: float = 60.0, seconds: float = 200.0, dt: float = 0.05) -> Ste
 
 def test_trials_are_averaged_over_what_all_of_them_have() -> None:
     one, two = np.linspace(0.0, 1.0, 11), np.linspace(0.0, 3.0, 8)
-    t, x = averaged([trial(one), trial(two)])
+    t, x = average([trial(one), trial(two)])
     np.testing.assert_allclose(t, np.arange(8) * 0.1)
     np.testing.assert_allclose(x, 0.5 * (one[:8] + two))
     with pytest.raises(InputError, match=r"trials: there is no recording"):
-        averaged([])
+        average([])
     with pytest.raises(InputError, match="one sample time"):
-        averaged([trial(one), trial(one, 0.2)])
+        average([trial(one), trial(one, 0.2)])
 
 
 def test_the_steady_rise_is_the_mean_of_the_last_two_seconds() -> None:

@@ -83,7 +83,7 @@ def test_two_records_foretell_others_that_were_not_fitted() -> None:
 
 def own(known: wire._Scale, **changes: float) -> tuple[Array, list[str]]:
     """Search values of a known actuator."""
-    return wire.placed(known.parameters, changes), [p.name for p in known.parameters]
+    return wire.search_values(known.parameters, changes), [p.name for p in known.parameters]
 
 
 def test_what_the_model_made_is_found_again() -> None:
@@ -98,10 +98,10 @@ def test_what_the_model_made_is_found_again() -> None:
     assert table.span == pytest.approx(2.4)
     assert values["heat 1.6"] == pytest.approx(90.0)
     assert values["heat 0.5"] == pytest.approx(90.0 * (0.5 / 1.6) ** 2)
-    grid = wire._gridded(Heated(u, x, DT))
-    assert np.abs(wire._missed(known, [grid], z)).max() < 1e-12
+    grid = wire._grid(Heated(u, x, DT))
+    assert np.abs(wire._errors(known, [grid], z)).max() < 1e-12
     slopes = search.slopes(
-        lambda z: wire._missed(known, [grid], z), z, wire.bounds_of(known.parameters)
+        lambda z: wire._errors(known, [grid], z), z, wire.bounds_of(known.parameters)
     )
     assert np.all(np.abs(slopes).max(axis=0)[[0, 5, 10, 14]] > 1e-3)
 

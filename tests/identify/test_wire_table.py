@@ -15,14 +15,14 @@ from macromicro.hysteresis import from_density
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import wire
 from macromicro.identify.notices import ConvergenceWarning, DataWarning
-from macromicro.identify.wire import Parameter, named, placed
+from macromicro.identify.wire import Parameter, by_parameter, search_values
 from macromicro.identify.wire_model import hysteresis
 from macromicro.identify.wire_table import (
     MOST_VOLTAGES,
-    gridded,
+    grid_recording,
     means,
     parameters_of,
-    switched,
+    switching_positions,
     too_slow,
     wires_of,
     with_table,
@@ -53,7 +53,7 @@ def recorded(
 def test_the_time_grid_is_fine_after_each_change_of_ctrl() -> None:
     """2 ms for two seconds, 10 ms up to ten, then 50 ms; here with one change after 15 s."""
     ctrl = np.where(np.arange(20001) < 15000, 1.5, 1.6)
-    run = gridded(recorded(ctrl, np.zeros(20001), 1e-3))
+    run = grid_recording(recorded(ctrl, np.zeros(20001), 1e-3))
     starts = np.r_[0.0, np.cumsum(run.dt)[:-1]]
     assert np.sum(run.dt) == pytest.approx(20.0)
     for begin, end, step in ((0.0, 2.0, 0.002), (2.0, 10.0, 0.01), (10.0, 15.0, 0.05),
@@ -66,7 +66,7 @@ def test_the_time_grid_is_fine_after_each_change_of_ctrl() -> None:
 
 
 def test_a_coarse_record_keeps_all_its_samples() -> None:
-    run = gridded(recorded(np.full(101, 1.5), np.zeros(101), 0.1))
+    run = grid_recording(recorded(np.full(101, 1.5), np.zeros(101), 0.1))
     np.testing.assert_allclose(run.dt, 0.1)
     assert len(run.dt) == 100
 
@@ -74,14 +74,14 @@ def test_a_coarse_record_keeps_all_its_samples() -> None:
 @pytest.mark.parametrize("dt", [0.01, 0.00999999999999801, 0.0100000000000021])
 def test_no_step_of_the_time_grid_is_empty_where_a_files_period_is_not_exact(dt: float) -> None:
     ctrl = np.r_[np.full(1500, 1.5), np.zeros(600)]
-    run = gridded(recorded(ctrl, np.zeros(2100), dt))
+    run = grid_recording(recorded(ctrl, np.zeros(2100), dt))
     assert run.dt.min() > 0.5 * dt and np.isfinite(run.cut).all()
-    assert len(run.dt) == len(gridded(recorded(ctrl, np.zeros(2100), 0.01)).dt)
+    assert len(run.dt) == len(grid_recording(recorded(ctrl, np.zeros(2100), 0.01)).dt)
 
 
 def test_positions_are_met_at_points_spread_evenly_over_thegridded() -> None:
     x = np.arange(20001) * 1e-4
-    run = gridded(recorded(np.full(20001, 1.5), x, 1e-3))
+    run = grid_recording(recorded(np.full(20001, 1.5), x, 1e-3))
     starts = np.r_[0.0, np.cumsum(run.dt)[:-1]]
     assert len(run.at) == 150 and run.at[0] == 1 and run.at[-1] == len(run.dt) - 1
     assert np.ptp(np.diff(run.at)) <= 1
@@ -92,7 +92,7 @@ def test_the_share_of_time_cut_is_that_of_each_step() -> None:
     contract = np.zeros(3001)
     contract[2005:2008] = 1.0
     contract[100] = 1.0
-    run = gridded(recorded(np.full(3001, 1.5), np.zeros(3001), 1e-3, contract))
+    run = grid_recording(recorded(np.full(3001, 1.5), np.zeros(3001), 1e-3, contract))
     starts = np.round(np.r_[0.0, np.cumsum(run.dt)[:-1]], 9)
     assert run.cut[starts == 0.1] == 0.5  # one of two milliseconds
     assert run.cut[starts == 2.0] == pytest.approx(0.3)  # three of ten
@@ -121,9 +121,12 @@ def test_where_contract_acts_is_the_middle_of_where_it_did(
     places: tuple[float, ...], on: float, off: float
 ) -> None:
     none = recorded(np.ones(20), np.zeros(20), 0.01)
-    assert switched([none, switching(*places)], 4.0) == (pytest.approx(on), pytest.approx(off))
-    assert switched([none], 4.0) == (math.inf, math.inf)
-    assert switched([recorded(np.ones(9), np.zeros(9), 0.01, np.zeros(9))], 4.0) == (
+    assert switching_positions([none, switching(*places)], 4.0) == (
+        pytest.approx(on),
+        pytest.approx(off),
+    )
+    assert switching_positions([none], 4.0) == (math.inf, math.inf)
+    assert switching_positions([recorded(np.ones(9), np.zeros(9), 0.01, np.zeros(9))], 4.0) == (
         math.inf,
         math.inf,
     )
@@ -186,7 +189,7 @@ def test_a_model_is_found_again_from_its_own_runs() -> None:
     assert means(TABLE, runs, 25.0).pace == pytest.approx(1.45, rel=0.05)
     error = np.concatenate([
         stressed.simulate(found.model.wires, r.ctrl, r.dt, r.cut)[0][r.at] - r.x
-        for r in (gridded(run, 4.0) for run in runs)
+        for r in (grid_recording(run, 4.0) for run in runs)
     ])  # fmt: skip
     assert found.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
     assert 1 < found.iterations <= 40
@@ -256,7 +259,7 @@ def textbook_errors(
     known: dict[str, Any], values: dict[str, float], runs: list[Recording]
 ) -> np.ndarray:
     """Textbook: variance of what is left, times the inverse of the slopes' products."""
-    grids = [gridded(run) for run in runs]
+    grids = [grid_recording(run) for run in runs]
 
     def residual(theta: np.ndarray) -> np.ndarray:
         p = actuator(known, theta)
@@ -377,7 +380,9 @@ def test_parameters_at_their_bounds_are_named_and_have_no_error() -> None:
     def judged(*z: float) -> dict[str, float]:
         end = Answer(np.array(z), slopes[:, 0] - 0.5, slopes, 1.0, 1, 7)
         within = np.array([6.0, 80.0, 60.0])
-        return wire.errors(rows, end, lambda z: named(rows, z), np.arange(0, 301, 10), within)
+        return wire.errors(
+            rows, end, lambda z: by_parameter(rows, z), np.arange(0, 301, 10), within
+        )
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -392,6 +397,6 @@ def test_parameters_at_their_bounds_are_named_and_have_no_error() -> None:
 def test_search_values_are_logarithms_of_times() -> None:
     rows = parameters_of(means(TABLE, [made(1.5), made(1.6)], 25.0))
     values = dict(zip((p.name for p in rows), TRUTH.tolist(), strict=True))
-    z = placed(rows, values)
+    z = search_values(rows, values)
     assert z[[0, 2, 4]] == pytest.approx(np.log(TRUTH[[0, 2, 4]])) and z[7] == TRUTH[7]
-    assert named(rows, z) == pytest.approx(values, rel=1e-12)
+    assert by_parameter(rows, z) == pytest.approx(values, rel=1e-12)

@@ -37,7 +37,7 @@ def test_the_whole_bench_moves_it_alike() -> None:
 def test_effort_beyond_the_limit() -> None:
     law = drive.law("pid")
     run = drive.closed_loop(PLANT, law, np.full(300, 2000.0))
-    asked = carriage.requested(law, run["macro_reference"], run["macro_position"])
+    asked = carriage.unlimited_effort(law, run["macro_reference"], run["macro_position"])
     sent = np.clip(asked, -law.limit, law.limit)
     np.testing.assert_array_equal(sent, run["motor"])
     assert asked.max() > law.limit

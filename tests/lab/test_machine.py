@@ -16,7 +16,7 @@ from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.kernel import compiled
 from macromicro.lab import drive
-from macromicro.lab.machine import FLAGS, GuardTripped, approach, known, play
+from macromicro.lab.machine import FLAGS, GuardTripped, approach, fill_gaps, play
 from macromicro.plant import bench
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recorded import COLUMNS
@@ -120,7 +120,10 @@ class Made:
         return self.rigs[-1]
 
     def fixture(self, **more: Any) -> Fixture:
-        known = {"table": calibration.shipped(), **more}  # the twin has the calibrated sensor
+        known = {
+            "table": calibration.default_calibration(),
+            **more,
+        }  # the twin has the calibrated sensor
         return Fixture("mine", BENCH, self, self.channels, 1e-3, **known)
 
 
@@ -162,10 +165,10 @@ def test_open_loop_of_the_micro_stage() -> None:
 def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(laser_noise, "SETTLE_S", 0.5)
     monkeypatch.setattr(laser_noise, "WINDOW_S", 0.5)
-    fast = laser_noise.controlled(PLANT, 1e-3, seed=4)
-    same(laser_noise.controlled(Made().fixture(), 1e-3, seed=4), fast)
+    fast = laser_noise.control(PLANT, 1e-3, seed=4)
+    same(laser_noise.control(Made().fixture(), 1e-3, seed=4), fast)
     # A rig without a Hall sensor can be controlled by the laser as well.
-    bare = laser_noise.controlled(Made(["laser"]).fixture(), 1e-3, seed=4)
+    bare = laser_noise.control(Made(["laser"]).fixture(), 1e-3, seed=4)
     assert bare["laser"].tobytes() == fast["laser"].tobytes()
 
 
@@ -466,7 +469,7 @@ def test_every_procedure_names_channels_that_there_are() -> None:
 def test_collected_on_a_rig(monkeypatch: pytest.MonkeyPatch) -> None:
     """A catalogue entry on a rig: no column of truth, and where it comes from."""
     monkeypatch.setattr(friction, "PULSES", (4.0,))
-    monkeypatch.setattr(friction.pulsed, "__defaults__", (10.0,))
+    monkeypatch.setattr(friction.pulse, "__defaults__", (10.0,))
     lab = Lab(seed=2, rigs=(Made(["encoder"]).fixture(),))
     found = collecting.find("drive").collect(lab)["drive"]
     assert [c.name for c in found.columns] == ["t", "macro_position", "motor", "run"]
@@ -476,5 +479,5 @@ def test_collected_on_a_rig(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_missing_flags_are_the_last_known() -> None:
     nan = math.nan
-    assert list(known(np.array([nan, 1.0, nan, 0.0, nan]))) == [0.0, 1.0, 1.0, 0.0, 0.0]
+    assert list(fill_gaps(np.array([nan, 1.0, nan, 0.0, nan]))) == [0.0, 1.0, 1.0, 0.0, 0.0]
     assert set(FLAGS) <= {c.name for c in COLUMNS if c.dtype == "i1"}

@@ -44,7 +44,7 @@ def file(folder, text, name="m.toml"):
 
 def planned(three, folder, text=PROGRAMME, name="p.toml"):
     machine, settings = three
-    made = programmes.chosen(machine, settings, str(file(folder, text, name)))
+    made = programmes.choose(machine, settings, str(file(folder, text, name)))
     return programmes.plan(machine, settings, made)
 
 
@@ -206,13 +206,13 @@ def test_stages_in_turn_move_one_after_the_other(in_turn, tmp_path):
     assert [leg.hold for leg in plan.legs] == [0.0, 0.02, 0.02, 0.0, 0.02]
     done = runs.record(machine, settings, plan)
     moves = results.of(machine, done.recording, plan, settings)
-    assert results.arrived(moves) == 5
+    assert results.count_arrived(moves) == 5
     for k, moving in enumerate("xyzxz"):
         rows = done.recording["move"] == k
         still = {f"{name}_target" for name in "xyz" if name != moving}
         assert all(np.ptp(done.recording[name][rows]) == 0.0 for name in still)
         assert np.ptp(done.recording[f"{moving}_target"][rows]) > 0.0
-    machine_again, settings_again = compositions.recorded(done.recording)
+    machine_again, settings_again = compositions.of_recording(done.recording)
     assert (machine_again.order, settings_again) == ("in turn", settings)
 
 

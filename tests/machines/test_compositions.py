@@ -28,7 +28,7 @@ def test_every_machine_is_there_once() -> None:
 def test_its_settings_are_printed_and_read_back(one: Any, tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
     path.write_text(machine.as_toml(one, one.settings), encoding="utf-8")
-    assert compositions.chosen(path).name == one.name
+    assert compositions.of_file(path).name == one.name
     assert compositions.settings_of(path) == one.settings
     first = next(e.path for e in entries(one.settings) if "." in e.path).partition(".")[0]
     assert machine.as_toml(one, one.settings, first).startswith(f"[{first}")
@@ -53,14 +53,14 @@ def test_a_law_of_another_package_takes_its_place(one: Any, tmp_path: Path) -> N
 def test_no_file_and_a_file_that_names_none_are_the_two_stage_machine_s(tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
     path.write_text("[guard]\npush = '3 V'\n", encoding="utf-8")
-    assert compositions.chosen(path).name == compositions.chosen(None).name == "two_stage"
+    assert compositions.of_file(path).name == compositions.of_file(None).name == "two_stage"
     path.write_text("machine = 'axel'\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"m\.toml, machine: 'axel'; accepted: .*axis"):
-        compositions.chosen(path)
+        compositions.of_file(path)
 
 
 def test_a_machine_of_another_package_is_one_too() -> None:
-    made = compositions.named("ownlab:flexure", "test")
+    made = compositions.by_name("ownlab:flexure", "test")
     assert (made.name, made.written) == ("ownlab:flexure", '"ownlab:flexure"')
 
 

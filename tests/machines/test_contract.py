@@ -9,7 +9,7 @@ import pytest
 from macromicro.kernel import kernel
 from macromicro.machines import contract, machine
 from macromicro.machines.signals import Sample
-from macromicro.machines.tree import settled
+from macromicro.machines.tree import derive_all
 from tests.machines import own
 
 FLEXURE = own.module().flexure
@@ -91,7 +91,7 @@ LOOKS = {
     ),
     "what cannot work together": (
         lambda: FLEXURE._replace(
-            settings=settled(
+            settings=derive_all(
                 FLEXURE.settings._replace(blade=FLEXURE.settings.blade._replace(stiffness=40_000.0))
             )
         ),

@@ -87,7 +87,7 @@ def test_a_stage_that_turns_counts_in_degrees(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("one", [c for c in MACHINES if c is not TWO_STAGE], ids=lambda c: c.name)
 def test_no_machine_as_it_comes_is_in_doubt(one):
-    assert doubts.found(one.settings) == ()
+    assert doubts.find_doubts(one.settings) == ()
 
 
 @pytest.mark.parametrize("one", MACHINES, ids=lambda c: c.name)

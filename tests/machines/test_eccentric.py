@@ -66,12 +66,12 @@ def test_compiled_it_does_the_same():
 
 
 def test_the_sheets_count_the_worst_place_for_the_motor_and_each_place_for_the_rest():
-    assert sheets.pulled(ECCENTRIC, -90.0 * DEG) == pytest.approx(0.0, abs=1e-12)
-    assert sheets.pulled(ECCENTRIC, 0.0) == pytest.approx(0.5)
-    assert sheets.pulled(ECCENTRIC, 180.0 * DEG) == pytest.approx(-0.5)
+    assert sheets.gravity_at(ECCENTRIC, -90.0 * DEG) == pytest.approx(0.0, abs=1e-12)
+    assert sheets.gravity_at(ECCENTRIC, 0.0) == pytest.approx(0.5)
+    assert sheets.gravity_at(ECCENTRIC, 180.0 * DEG) == pytest.approx(-0.5)
     assert sheets.heaviest(ECCENTRIC) == pytest.approx(0.5)
-    assert sheets.held(ECCENTRIC) == pytest.approx(sheets.held(DEFAULT) + 0.5)
-    assert sheets.rubbed(ECCENTRIC) == pytest.approx(sheets.rubbed(DEFAULT) + 0.5)
+    assert sheets.breakaway_force(ECCENTRIC) == pytest.approx(sheets.breakaway_force(DEFAULT) + 0.5)
+    assert sheets.sliding_force(ECCENTRIC) == pytest.approx(sheets.sliding_force(DEFAULT) + 0.5)
     assert ECCENTRIC.motion.acceleration < DEFAULT.motion.acceleration
     per_newton = sheets.per_newton(ECCENTRIC)
     assert ECCENTRIC.controller.ahead_unbalance == pytest.approx(0.5 * per_newton, rel=1e-3)

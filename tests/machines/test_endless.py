@@ -9,7 +9,7 @@ from macromicro.errors import InputError
 from macromicro.machines import contract, homing, machine, planning, runs
 from macromicro.machines.rotary import DEFAULT
 from macromicro.machines.sheets import TURN
-from macromicro.machines.tree import settled
+from macromicro.machines.tree import derive_all
 
 ROTARY = machine.MACHINES[3]
 ENDLESS = DEFAULT.with_("load.ends", "none")
@@ -35,7 +35,7 @@ def test_nothing_ends_its_way_but_what_is_watched():
     assert (ENDLESS.travel.low, ENDLESS.travel.high) == (-TURN, TURN)
     assert (ENDLESS.guard.low, ENDLESS.guard.high) == pytest.approx((-1.5 * TURN, 1.5 * TURN))
     assert MARKED.guard.high == pytest.approx(1000.5 * TURN)
-    assert settled(ENDLESS) == ENDLESS
+    assert derive_all(ENDLESS) == ENDLESS
     assert DEFAULT.with_({"load.ends": "none"}).with_({"load.ends": "stops"}) == DEFAULT
 
 

@@ -61,7 +61,7 @@ def test_settings_are_equal_by_their_values():
 
 def test_a_value_that_was_set_is_not_in_doubt():
     tree = AXIS.with_("drive.frequency", "20 Hz").with_("drive.damping", 0.01)
-    paths = [each.path for each in doubts.found(tree)]
+    paths = [each.path for each in doubts.find_doubts(tree)]
     assert paths
     given = changed(tree, {path: value_at(tree, path) for path in paths})
-    assert given == tree and not doubts.found(given)
+    assert given == tree and not doubts.find_doubts(given)

@@ -26,7 +26,7 @@ def test_it_starts_the_axis_and_trips_no_guard(path: Path) -> None:
     assert chosen.touch is not None
     found = chosen.touch(tree)
     per_newton = sheets.per_newton(tree)
-    assert per_newton * sheets.held(tree) < found.effort < tree.guard.push
+    assert per_newton * sheets.breakaway_force(tree) < found.effort < tree.guard.push
     assert found.lead <= 0.5 * tree.guard.error
     assert 0.0 < found.slow <= found.speed < 0.2 * tree.motion.velocity
     # The slow touch goes farther within a stand than what counts as none.

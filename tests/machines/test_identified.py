@@ -66,7 +66,7 @@ def found(place: Path) -> Result:
 def test_the_sheets_limits_stay_and_what_was_identified_is_merged(
     place: Path, found: Result
 ) -> None:
-    text = identified.merged(found, identified.sheet(place / "axis.toml"))
+    text = identified.merge(found, identified.sheet(place / "axis.toml"))
     (place / "model.toml").write_text(text)
     before, after = (machines.load(place / f"{n}.toml")[1] for n in ("axis", "model"))
     for name in ("amplifier", "motor", "drive", "travel", "encoder"):
@@ -96,7 +96,7 @@ def test_a_sheet_that_weighs_more_than_was_identified_is_refused(
     heavy = SHEET.replace("10.8e-7", "10.8e-5")
     (place / "heavy.toml").write_text(heavy)
     with pytest.raises(InputError, match=r"heavy.toml, load.mass.*motor, drive and payload"):
-        identified.merged(found, identified.sheet(place / "heavy.toml"))
+        identified.merge(found, identified.sheet(place / "heavy.toml"))
     (place / "piezo.toml").write_text('machine = "piezo"\n')
     with pytest.raises(InputError, match=r"piezo.toml, machine: 'piezo'; accepted: axis or rotary"):
         identified.sheet(place / "piezo.toml")

@@ -51,5 +51,5 @@ def test_nor_does_the_other_stage_of_its_own_machine_run_under_it(
 def test_a_law_of_ones_own_may_say_whose_model_it_has():
     law = outside.find("terminal", "")
     with pytest.raises(InputError, match="model_of of mine: 'nano'; accepted: '' or 'macro'"):
-        outside.checked(law._replace(model_of="nano"), "mine", "--law")
+        outside.check(law._replace(model_of="nano"), "mine", "--law")
     assert StageLaw._field_defaults["model_of"] == ""

@@ -145,20 +145,20 @@ def test_each_has_its_words(fault):
 def test_what_is_allowed_follows_from_any_machines_settings():
     motion = SimpleNamespace(velocity=0.5)
     plain = SimpleNamespace(motion=motion)
-    assert lines.wired(plain) == (pytest.approx(0.1), 0.0, 0)
+    assert lines.wiring(plain) == (pytest.approx(0.1), 0.0, 0)
     switches, amplifier = SimpleNamespace(leave=0.02), SimpleNamespace(enable_time=0.03)
     own = SimpleNamespace(motion=motion, switches=switches, amplifier=amplifier)
-    assert lines.wired(own) == (pytest.approx(0.04), 0.03, 0)
+    assert lines.wiring(own) == (pytest.approx(0.04), 0.03, 0)
     assert Wired().rise == 0.0
     assert lines.leaving(own) == 0.02 and lines.leaving(plain) == pytest.approx(0.05)
 
 
 def test_lines_of_a_sample_and_as_they_are_shown():
     sample = SimpleNamespace(limit_low=1, index_count=5.0, encoder=3.0)
-    found = lines.read(sample, ("encoder", "limit_low", "index_count"))
+    found = lines.read_lines(sample, ("encoder", "limit_low", "index_count"))
     assert found == QUIET._replace(limit_low=1.0, index_count=5.0)
-    assert str(lines.read(sample, ("encoder",))) == str(QUIET)
-    shown = lines.shown(found, ("limit_low",))
+    assert str(lines.read_lines(sample, ("encoder",))) == str(QUIET)
+    shown = lines.visible_lines(found, ("limit_low",))
     assert shown.limit_low == 1.0 and all(math.isnan(v) for v in shown[1:])
     assert lines.of(("enable", "encoder", "home", "limit_low")) == ("limit_low", "home", "enable")
 

@@ -131,15 +131,15 @@ def test_a_notch_passes_what_its_filter_does() -> None:
     p, dt = Notch(40.0, 0.2, 0.4), 1e-3
     n, f = 4000, np.array([15.0, 40.0, 130.0])
     t = np.arange(n) * dt
-    for one, passed in zip(f.tolist(), loops.notched(p, f, dt), strict=True):
+    for one, passed in zip(f.tolist(), loops.notch_response(p, f, dt), strict=True):
         delays, out = Delays(0.0, 0.0), []
         for u in np.sin(2.0 * math.pi * one * t).tolist():
             delays, y = notch.step(p, delays, u, dt)
             out.append(y)
         turned = 2.0 * np.mean(np.array(out[2000:]) * np.exp(-2j * math.pi * one * t[2000:]))
         assert turned * 1j == pytest.approx(passed, abs=1e-3)
-    assert abs(loops.notched(p, f, dt)[1]) == pytest.approx(0.2)
-    assert (loops.notched(Notch(600.0), f, dt) == 1.0).all()
+    assert abs(loops.notch_response(p, f, dt)[1]) == pytest.approx(0.2)
+    assert (loops.notch_response(Notch(600.0), f, dt) == 1.0).all()
 
 
 def test_under_a_notch_the_loop_is_quicker_and_robust_against_the_mode_beside_it():
@@ -162,11 +162,11 @@ def test_under_a_notch_the_loop_is_quicker_and_robust_against_the_mode_beside_it
 def test_a_held_effort_is_the_mean_of_its_steps() -> None:
     """Half a period and the delay late at low frequencies; nothing passes at the loop's own."""
     timing = SimpleNamespace(period=1e-3, delay=0.4e-3)
-    low = loops.stepped(np.array([2j * np.pi * 5.0]), timing)[0]
+    low = loops.hold_and_delay(np.array([2j * np.pi * 5.0]), timing)[0]
     assert abs(low) == pytest.approx(1.0, abs=1e-4)
     assert -np.angle(low) / (2.0 * np.pi * 5.0) == pytest.approx(0.9e-3, rel=1e-6)
     at = np.array([2j * np.pi * f for f in (500.0, 1000.0)])
-    assert np.abs(loops.stepped(at, timing)) == pytest.approx([2.0 / np.pi, 0.0], abs=1e-9)
+    assert np.abs(loops.hold_and_delay(at, timing)) == pytest.approx([2.0 / np.pi, 0.0], abs=1e-9)
 
 
 def scanned(x, gain, phase):

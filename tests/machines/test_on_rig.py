@@ -164,8 +164,8 @@ def test_another_period_is_refused(lab: Path) -> None:
     tree = machine.load(lab / "m.toml")[1]
     quick: Any = tree._replace(timing=tree.timing._replace(period=0.25e-3))
     with pytest.raises(InputError, match=r"timing\.period: '0\.00025 s'; accepted: 0\.001 s"):
-        on_rig.found("on_mine:axis", machine.MACHINES[0], quick, 0)
-    assert on_rig.found("twin", machine.MACHINES[0], quick, 0) is None
+        on_rig.find_rigs("on_mine:axis", machine.MACHINES[0], quick, 0)
+    assert on_rig.find_rigs("twin", machine.MACHINES[0], quick, 0) is None
 
 
 def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
@@ -178,11 +178,11 @@ def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
         guard=tree.guard._replace(error=1.0),
     )  # fmt: skip
     checked = job.check(job.Request("p.toml", config=lab / "m.toml"))
-    rigs = on_rig.found("on_mine:away", made, weak, 0)
+    rigs = on_rig.find_rigs("on_mine:away", made, weak, 0)
     assert rigs is not None
     blocks = Blocks()
     with pytest.raises(MacromicroError, match="the stage stopped at"):
-        on_rig.perform(made, weak, checked.setup.plan, blocks, on_rig.opened(rigs, 0))
+        on_rig.perform(made, weak, checked.setup.plan, blocks, on_rig.open_rigs(rigs, 0))
     assert blocks.blocks == []
 
 

@@ -30,7 +30,7 @@ class Plain:
 def test_a_rig_without_lines_is_the_plain_stage_and_is_given_plain_outputs() -> None:
     rig = Plain(("encoder",), ("motor",))
     assert open_rig.of(rig) == open_rig.STAGE
-    params = open_rig.opened(rig, 1e-3)
+    params = open_rig.open_stage(rig, 1e-3)
     assert params.rig is rig
     open_rig.switched_on([params], [open_rig.STAGE], 1.0, 1e-3)
     assert rig.given == [] == rig.waits
@@ -41,7 +41,7 @@ def test_a_rig_without_lines_is_the_plain_stage_and_is_given_plain_outputs() -> 
 @pytest.mark.parametrize(("rise", "periods"), [(0.0, 1), (0.02, 21), (0.0205, 22)])
 def test_a_drive_is_switched_on_and_waited_for(rise: float, periods: int) -> None:
     rig = Plain(("encoder",), ("motor", "enable"))
-    kind, params = open_rig.of(rig), open_rig.opened(rig, 1e-3)
+    kind, params = open_rig.of(rig), open_rig.open_stage(rig, 1e-3)
     assert kind.lines == ("enable",)
     kind.switch(params, 0.0, 0.0)
     open_rig.switched_on([params], [kind], rise, 1e-3)
@@ -54,7 +54,7 @@ def test_a_drive_is_switched_on_and_waited_for(rise: float, periods: int) -> Non
 
 def test_two_drives_on_one_clock_are_switched_on_at_once() -> None:
     rigs = [Plain(("encoder",), ("motor", "enable")), Plain(("encoder",), ("motor",))]
-    kinds, stages = [open_rig.of(r) for r in rigs], [open_rig.opened(r, 1e-3) for r in rigs]
+    kinds, stages = [open_rig.of(r) for r in rigs], [open_rig.open_stage(r, 1e-3) for r in rigs]
     open_rig.switched_on(stages, kinds, 0.02, 1e-3)
     assert rigs[0].given == [open_rig.Wired(*SAFE, 1.0)] * 21
     assert rigs[1].given == [SAFE] * 21  # it has no such line

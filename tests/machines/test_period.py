@@ -122,7 +122,7 @@ def test_unequal_gains_leave_the_line():
     changes = {"y.controller.position": "20 1/s", "y.controller.ahead_velocity": "0 V*s/m"}
     plan, done = ran(linear().with_(changes), straight((0.08, 0.08)))
     r, part = done.recording, results.under_way(done.recording, plan, 0)
-    off = contour.off(plan.traces[0], *(1e-3 * r[f"{a}_position"][part] for a in AXES))
+    off = contour.contour_error(plan.traces[0], *(1e-3 * r[f"{a}_position"][part] for a in AXES))
     inside = np.all([(r[f"{a}_position"][part] % 80.0) > 2.0 for a in AXES], axis=0)
     ex, ey = (r[f"{a}_target"][part] - r[f"{a}_position"][part] for a in AXES)
     beside = np.abs(ex - ey) / math.sqrt(2.0)  # of both errors only what is across the line

@@ -74,4 +74,4 @@ def test_settling_counts_from_the_end_of_the_profile():
     (m,) = results.moves(one(), plan(0.01), RULE)
     early, never = m._replace(arrived_s=0.08), m._replace(arrived_s=None)
     assert results.settling([m, early, never]) == pytest.approx([0.05, -0.02, np.inf])
-    assert results.arrived([m, early, never]) == 2
+    assert results.count_arrived([m, early, never]) == 2

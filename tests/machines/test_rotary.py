@@ -20,7 +20,7 @@ from macromicro.machines import (
 )
 from macromicro.machines.guard_words import LIMIT_HIGH
 from macromicro.machines.rotary import DEFAULT
-from macromicro.machines.tree import settled
+from macromicro.machines.tree import derive_all
 from macromicro.place import ANGLE
 from macromicro.plant import power
 from macromicro.plant.transmission import Transmission
@@ -103,7 +103,7 @@ def test_counts_are_those_of_a_turn_of_what_the_encoder_sits_on():
 
 
 def test_what_follows_is_rounded_as_it_is_read():
-    assert settled(DEFAULT) == DEFAULT
+    assert derive_all(DEFAULT) == DEFAULT
     tree = DEFAULT.with_({"load.stop_high": "123.4567 deg", "drive.ratio": 7})
     for name in ("velocity", "acceleration", "jerk"):
         shown = math.degrees(getattr(tree.motion, name))

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from macromicro.machines import deriving, sheets
-from macromicro.machines.axis import DEFAULT, settled
+from macromicro.machines.axis import DEFAULT, derive_all
 from macromicro.schema.par import entries
 
 SCREW = DEFAULT.with_({"drive.kind": "screw", "drive.lead": "5 mm", "travel.high": "200 mm"})
 
 
 def test_the_defaults_follow_their_rules_and_can_work():
-    assert settled(DEFAULT) == DEFAULT
+    assert derive_all(DEFAULT) == DEFAULT
     assert DEFAULT.together() == []
 
 
@@ -35,8 +35,8 @@ def test_weight_is_that_of_what_moves_on_the_slope():
     up = DEFAULT.with_({"load.incline": "30 deg", "load.payload": "0.3 kg"})
     assert sheets.weight(up) == pytest.approx(0.8 * 9.80665 * 0.5)
     assert up.controller.ahead_gravity > 0.0 and DEFAULT.controller.ahead_gravity == 0.0
-    assert sheets.held(up) == pytest.approx(3.6 + sheets.weight(up))
-    assert sheets.rubbed(up) == pytest.approx(3.0 + sheets.weight(up))
+    assert sheets.breakaway_force(up) == pytest.approx(3.6 + sheets.weight(up))
+    assert sheets.sliding_force(up) == pytest.approx(3.0 + sheets.weight(up))
 
 
 @pytest.mark.parametrize(
@@ -71,20 +71,22 @@ def test_the_greatest_speed_leaves_the_reserve():
     assert volts == pytest.approx(0.7 * 24.0)
     assert DEFAULT.motion.velocity <= 0.9 * v
     thick = DEFAULT.with_("friction.viscous", "60 N*s/m")
-    assert thick.motion.velocity == pytest.approx(0.3 * sheets.left(thick) / 60.0, rel=1e-3)
+    assert thick.motion.velocity == pytest.approx(
+        0.3 * sheets.available_force(thick) / 60.0, rel=1e-3
+    )
     assert DEFAULT.motion.acceleration == pytest.approx(
         0.6 * (0.7 * sheets.force(DEFAULT) - 3.0) / sheets.mass(DEFAULT), rel=1e-3
     )
     short = DEFAULT.with_({"travel.high": "2 mm", "travel.low": "-1 mm"})
     assert short.motion.velocity == pytest.approx(
-        math.sqrt(0.003 * sheets.left(short) / sheets.mass(short)), rel=1e-3
+        math.sqrt(0.003 * sheets.available_force(short) / sheets.mass(short)), rel=1e-3
     )
     slow = DEFAULT.with_("encoder.rate", "10000 counts/s")
     assert slow.motion.velocity == pytest.approx(8000.0 * DEFAULT.encoder.pitch, rel=1e-3)
 
 
 def test_a_motor_too_weak_still_has_finite_limits():
-    weak = settled(DEFAULT._replace(friction=DEFAULT.friction._replace(coulomb=500.0)))
+    weak = derive_all(DEFAULT._replace(friction=DEFAULT.friction._replace(coulomb=500.0)))
     assert weak.motion.acceleration > 0.0 and weak.motion.velocity > 0.0
 
 

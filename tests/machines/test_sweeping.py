@@ -24,7 +24,7 @@ def model(settings):
 @pytest.fixture(scope="module")
 def found():
     frequency = sweeping.frequencies(8.0, 200.0, 8, FINE.timing.period)
-    return sweeping.measured(AXIS, FINE, frequency, model(FINE))
+    return sweeping.measure_response(AXIS, FINE, frequency, model(FINE))
 
 
 def test_windows_hold_whole_cycles():
@@ -51,7 +51,7 @@ def test_the_plant_is_that_of_the_sheets(found):
 
 def test_a_lighter_load_answers_more(found):
     light = FINE.with_("load.mass", "0.25 kg")._replace(controller=FINE.controller)
-    one = sweeping.measured(AXIS, light, found.frequency[-2:-1], model(light))
+    one = sweeping.measure_response(AXIS, light, found.frequency[-2:-1], model(light))
     ratio = (0.25 + sheets.turning(FINE)) / (0.5 + sheets.turning(FINE))
     assert abs(found.plant[-2] / one.plant[0]) == pytest.approx(ratio, rel=0.03)
 
@@ -60,7 +60,7 @@ def test_a_loop_that_is_not_stable_is_said_to_be_so():
     gains = FINE.controller._replace(velocity=12.0 * FINE.controller.velocity)
     wild = FINE._replace(controller=gains)
     with pytest.raises(InputError, match=r"response at 50 Hz.*the effort reaches its limit"):
-        sweeping.measured(AXIS, wild, np.array([50.0]), model(wild))
+        sweeping.measure_response(AXIS, wild, np.array([50.0]), model(wild))
 
 
 def test_the_command_writes_numbers_and_a_bode_plot(tmp_path, monkeypatch, capsys):

@@ -11,7 +11,7 @@ from macromicro.control.outside import NoGains
 from macromicro.errors import InputError
 from macromicro.machines import compositions, tree
 from macromicro.machines.parts import Timing, Travel
-from macromicro.machines.tree import machine_tree, settled
+from macromicro.machines.tree import derive_all, machine_tree
 from tests.control.own_laws import Gains
 
 SLIDING = "tests.control.own_laws:sliding"
@@ -36,7 +36,7 @@ class Tree(NamedTuple):
 
 
 def test_a_tree_has_the_law_of_its_machine_and_what_follows():
-    first = settled(Tree())
+    first = derive_all(Tree())
     assert first.law == "pi" and first.own == NoGains() and first._fields[:2] == ("law", "own")
     assert first.controller[:2] == (0.6, pytest.approx(1.8))
     assert Tree.__doc__ == "Of a machine." and Tree.__name__ == "Tree"
@@ -49,15 +49,15 @@ def test_a_tree_has_the_law_of_its_machine_and_what_follows():
 
 
 def test_a_law_of_ones_own_joins_with_its_gains():
-    own = tree.joined(settled(Tree()), SLIDING, "--law")
+    own = tree.with_law(derive_all(Tree()), SLIDING, "--law")
     assert own.law == SLIDING and own.own == Gains()
     assert tree.gains(own) == Gains() and tree.gains_set(own) == "own"
-    back = tree.joined(own, "pi", "--law")
+    back = tree.with_law(own, "pi", "--law")
     assert tree.gains(back) == back.controller and tree.gains_set(back) == "controller"
-    assert tree.joined(back, SLIDING, "--law").own == Gains()
+    assert tree.with_law(back, SLIDING, "--law").own == Gains()
     other = own._replace(own=Gains()._replace(slope=7.0))
-    assert tree.joined(other, SLIDING, "--law").own.slope == 7.0  # found gains stay
-    named = settled(Tree()).with_({"law": SLIDING, "own.slope": "9 1/s"})
+    assert tree.with_law(other, SLIDING, "--law").own.slope == 7.0  # found gains stay
+    named = derive_all(Tree()).with_({"law": SLIDING, "own.slope": "9 1/s"})
     assert named.with_("law", "pi").law == "pi"
     assert named.own.slope == 9.0
 
@@ -72,7 +72,7 @@ def test_a_law_of_ones_own_joins_with_its_gains():
 )
 def test_a_law_that_is_none_is_refused(name, words):
     with pytest.raises(InputError) as refused:
-        tree.joined(settled(Tree()), name, "--law")
+        tree.with_law(derive_all(Tree()), name, "--law")
     assert words in str(refused.value)
 
 

@@ -76,10 +76,10 @@ def test_heats_follow_from_the_sheet():
 
 def test_a_load_shifts_the_temperatures():
     """8 MPa/K: the printed ones hold at the printed pull, 172 to 178 MPa."""
-    assert wire_sheets.shifted(DEFAULT, 8.74) == pytest.approx((88.0, 98.0, 72.0, 62.0))
+    assert wire_sheets.shift_temperatures(DEFAULT, 8.74) == pytest.approx((88.0, 98.0, 72.0, 62.0))
     area = wire_sheets.area(DEFAULT)
     assert 8.74 / area == pytest.approx(172e6, rel=0.05)
-    half = wire_sheets.shifted(DEFAULT, 8.74 - 8e6 * area)
+    half = wire_sheets.shift_temperatures(DEFAULT, 8.74 - 8e6 * area)
     assert half == pytest.approx((87.0, 97.0, 71.0, 61.0))
 
 

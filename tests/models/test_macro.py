@@ -38,7 +38,7 @@ def test_discrete_motor() -> None:
     """(4.3) from (4.2) as scipy holds an input; a = -exp(..), so the pole is positive."""
     gain, pole = macro.transfer(MOTOR)
     assert pole == pytest.approx((1e-5 * 15.0 + 0.065**2) / (7e-6 * 15.0))
-    found = macro.discretised(gain, pole, 1e-3)
+    found = macro.discretise(gain, pole, 1e-3)
     num, den, _ = cont2discrete(([gain], [1.0, pole]), 1e-3)
     assert found.b == pytest.approx(float(num[0, 1]), rel=1e-9)
     assert found.a == pytest.approx(float(den[1]), rel=1e-12)
@@ -47,7 +47,7 @@ def test_discrete_motor() -> None:
 
 def test_printed_pole() -> None:
     """a of Section 4.2.5 is a pole of 42.56 rad/s and a gain of 3977 counts/s/V."""
-    found = macro.discretised(3977.0 * 42.56, 42.56, 1e-3)
+    found = macro.discretise(3977.0 * 42.56, 42.56, 1e-3)
     assert found.a == pytest.approx(-0.95833, abs=2e-5)
     assert found.b == pytest.approx(165.72, rel=1e-3)
 
@@ -93,7 +93,7 @@ def test_bad_motor() -> None:
     with pytest.raises(InputError, match="above 0"):
         macro.transfer(MOTOR._replace(j=0.0))
     with pytest.raises(InputError, match="above 0"):
-        macro.discretised(1.0, -1.0, 1e-3)
+        macro.discretise(1.0, -1.0, 1e-3)
 
 
 @given(width=st.floats(0.0, 5.0), a0=st.floats(0.0, 2.0), delta=st.floats(0.0, 2.0), volts=VOLTS)

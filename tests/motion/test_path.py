@@ -104,7 +104,7 @@ def walks(draw):
 
 @given(walks(), st.floats(1e-4, 2e-3))
 def test_rounded_corners_keep_the_ends_and_have_no_corner(corners, radius):
-    pieces = path.rounded(corners, radius, "test")
+    pieces = path.round_corners(corners, radius, "test")
     assert (pieces[0].x, pieces[0].y) == pytest.approx(corners[0], abs=1e-12)
     assert pieces[-1].end == pytest.approx(corners[-1], abs=1e-10)
     for before, after in itertools.pairwise(pieces):
@@ -138,11 +138,11 @@ def test_a_turn_to_the_left_is_positive():
 )
 def test_corners_without_room_are_refused(corners, radius, what):
     with pytest.raises(InputError, match=what):
-        path.rounded(corners, radius, "test")
+        path.round_corners(corners, radius, "test")
 
 
 def test_straight_on_there_is_no_arc():
-    pieces = path.rounded([(0, 0), (1, 0), (2, 0)], 0.5, "test")
+    pieces = path.round_corners([(0, 0), (1, 0), (2, 0)], 0.5, "test")
     assert [p.curvature for p in pieces] == [0.0, 0.0]
-    exact = path.rounded([(0, 0), (1, 0), (1, 1)], 1.0, "test")
+    exact = path.round_corners([(0, 0), (1, 0), (1, 1)], 1.0, "test")
     assert len(exact) == 1 and exact[0].curvature == pytest.approx(1.0)

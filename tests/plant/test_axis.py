@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.kernel import compiled
-from macromicro.machines.axis import DEFAULT, prepare, settled
+from macromicro.machines.axis import DEFAULT, derive_all, prepare
 from macromicro.plant import axis
 from macromicro.plant.friction import before_sliding
 
@@ -22,7 +22,7 @@ FREE = DEFAULT._replace(
 def params(tree=FREE, **sets):
     """Runtime parameters with some values of some sets: ``drive={"frequency": 30.0}``."""
     tree = tree._replace(**{n: getattr(tree, n)._replace(**v) for n, v in sets.items()})
-    return prepare(settled(tree))
+    return prepare(derive_all(tree))
 
 
 def run(p, effort, periods, s=None):

@@ -68,10 +68,10 @@ def test_the_loop_has_the_stroke_and_the_width_that_are_given() -> None:
 
 def test_a_load_lowers_the_resonance_as_printed() -> None:
     """PI P-621.1CD: 800 Hz, 520 Hz with 20 g, 240 Hz with 120 g; within 8 %."""
-    assert piezo.loaded(Guide(load=0.0)) == 800.0
-    assert piezo.loaded(Guide(load=0.02)) == pytest.approx(520.0, rel=0.02)
-    assert piezo.loaded(Guide(load=0.12)) == pytest.approx(240.0, rel=0.08)
-    assert P.omega == pytest.approx(2.0 * math.pi * piezo.loaded(Guide()))
+    assert piezo.loaded_resonance(Guide(load=0.0)) == 800.0
+    assert piezo.loaded_resonance(Guide(load=0.02)) == pytest.approx(520.0, rel=0.02)
+    assert piezo.loaded_resonance(Guide(load=0.12)) == pytest.approx(240.0, rel=0.08)
+    assert P.omega == pytest.approx(2.0 * math.pi * piezo.loaded_resonance(Guide()))
     off = piezo.prepare(SPEC._replace(hidden=Hidden(detuned=0.9)))
     assert off.omega == pytest.approx(0.9 * P.omega)
 

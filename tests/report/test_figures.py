@@ -62,7 +62,7 @@ def test_without_macro_moves_or_truth_there_is_less_to_show(ended: Ended) -> Non
 
 
 def test_png_is_small_and_names_no_address(drawn: dict[str, PageFigure]) -> None:
-    data = files.encoded(drawn["efforts"].figure)
+    data = files.encode(drawn["efforts"].figure)
     assert data.startswith(b"\x89PNG") and len(data) < 300_000
     assert b"http" not in data
 
@@ -74,7 +74,7 @@ def test_png_is_small_and_names_no_address(drawn: dict[str, PageFigure]) -> None
 )
 def test_thinning_keeps_every_peak(values: list[float], bins: int) -> None:
     y = np.array(values)
-    t, shown = style.thinned(np.arange(len(y)) * 1.0, y, bins)
+    t, shown = style.thin_out(np.arange(len(y)) * 1.0, y, bins)
     assert len(t) == len(shown) <= max(2 * bins, 1)
     assert np.isnan(shown).all() == np.isnan(y).all()
     if not np.isnan(y).all():

@@ -53,7 +53,7 @@ def page(ended: Ended, pictures: list[Picture]) -> str:
 @pytest.fixture(scope="module")
 def pictures(ended: Ended) -> list[Picture]:
     return [
-        Picture(d.name, d.title, d.caption, files.encoded(d.figure)) for d in _figures.draw(ended)
+        Picture(d.name, d.title, d.caption, files.encode(d.figure)) for d in _figures.draw(ended)
     ]
 
 

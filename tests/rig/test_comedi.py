@@ -88,7 +88,7 @@ def shim(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 @pytest.fixture
 def board(shim: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
     made = Board(shim)
-    monkeypatch.setattr(_comedi, "library", lambda: _comedi.typed(shim))
+    monkeypatch.setattr(_comedi, "library", lambda: _comedi.set_types(shim))
     monkeypatch.setattr(card_rig, "Deadlines", made.machine.clock())
     yield made
     assert made.strange == 0, "a terminal that is not wired"

@@ -27,7 +27,7 @@ from macromicro.types import SAFE, Command, Outputs, Sample
 
 from ..test_loop import MACRO, MICRO, programme
 
-GUARD = guard.prepare(Limits(), calibration.shipped())
+GUARD = guard.prepare(Limits(), calibration.default_calibration())
 DT = 1e-3
 DEFAULT = Settings()
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -281,7 +281,7 @@ def watched(
     samples: list[Sample], motor: float, limits: Limits | None = None
 ) -> tuple[guard.Watch, int]:
     """The guard's state after these samples under a constant push, and at which it tripped."""
-    p = guard.prepare(Limits() if limits is None else limits, calibration.shipped())
+    p = guard.prepare(Limits() if limits is None else limits, calibration.default_calibration())
     watch = guard.fresh()
     for k, sample in enumerate(samples):
         watch, _ = guard.step(p, watch, sample, QUIET, Outputs(motor, 0.0, 0.0, 0.0), DT)
@@ -310,7 +310,7 @@ def test_braking_and_coasting_are_no_reversal() -> None:
 
 
 def test_pushes_that_pause_add_up() -> None:
-    p, watch = guard.prepare(Limits(), calibration.shipped()), guard.fresh()
+    p, watch = guard.prepare(Limits(), calibration.default_calibration()), guard.fresh()
     for k, sample in enumerate(moving([-2.0 * k for k in range(400)])):
         push = 3.4 if k % 4 else 0.0  # as homing limits the speed
         watch, _ = guard.step(p, watch, sample, QUIET, Outputs(push, 0.0, 0.0, 0.0), DT)

@@ -18,7 +18,7 @@ from macromicro.types import SAFE, Command, Outputs, Sample
 
 DT = 1e-3
 LIMITS = Limits(motor=4.0, ctrl=3.0)
-TABLE = calibration.shipped()
+TABLE = calibration.default_calibration()
 P = guard.prepare(LIMITS, TABLE)
 QUIET = Command(0.0, 0.0, 0.0, 0.0, 0.0)
 FINE = Outputs(1.0, 1.5, 1.0, 0.0)

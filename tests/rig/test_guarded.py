@@ -32,7 +32,7 @@ def rig(channels: tuple[str, ...]) -> Any:
 
 @pytest.mark.parametrize("channels", [(), ("encoder",), ("hall",), SENSORS])
 def test_only_a_sensor_that_is_there_can_fall_silent(channels: tuple[str, ...]) -> None:
-    limits = guard.prepare(Limits(), calibration.shipped())
+    limits = guard.prepare(Limits(), calibration.default_calibration())
     watched = Guarded(rig(channels), limits, 1e-3)
     for _ in range(100):
         watched.write(SAFE._replace(ctrl=1.0))
@@ -87,7 +87,7 @@ def test_the_coroutine_gives_the_bits_of_the_guard(seed: int) -> None:
 @pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("channels", [(), ("encoder",), ("hall",), SENSORS])
 def test_the_coroutine_expects_what_is_there(channels: tuple[str, ...]) -> None:
-    limits = guard.prepare(Limits(), calibration.shipped())
+    limits = guard.prepare(Limits(), calibration.default_calibration())
     watched = CompiledGuarded(rig(channels), limits, 1e-3)
     assert (watched.tripped, watched.temperature) == (False, 25.0)
     for k in range(100):
@@ -102,7 +102,7 @@ def test_the_coroutine_expects_what_is_there(channels: tuple[str, ...]) -> None:
 
 @pytest.mark.usefixtures("interpreted")
 def test_every_output_comes_back_in_its_place() -> None:
-    limits = guard.prepare(Limits(), calibration.shipped())
+    limits = guard.prepare(Limits(), calibration.default_calibration())
     shown: Any = rig(SENSORS)
     shown.read = lambda: Sample(0.001, 5.0, 2.5, 7.0, 1.0, 0.0)
     watched = CompiledGuarded(shown, limits, 1e-3)
@@ -147,7 +147,7 @@ def counting(channels: tuple[str, ...] = SENSORS) -> Any:
     return kept
 
 
-LIMITS = guard.prepare(Limits(), calibration.shipped())
+LIMITS = guard.prepare(Limits(), calibration.default_calibration())
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -255,7 +255,7 @@ def test_the_compiled_guard_gives_the_bits_of_the_guard(seed: int) -> None:
 
 def the_same_bits(seed: int, periods: int) -> None:
     """As `Guarded`, with all that can be looked at, and another watch taken on."""
-    limits = guard.prepare(Limits(), calibration.shipped())
+    limits = guard.prepare(Limits(), calibration.default_calibration())
     plain, fast = (kind(Bench(seed), limits, 1e-3) for kind in (Guarded, CompiledGuarded))
     random = np.random.default_rng(seed + 100)
     tripped = 0
@@ -278,7 +278,7 @@ def the_same_bits(seed: int, periods: int) -> None:
 
 
 def test_the_compiled_guard_expects_no_sensor_that_is_not_there() -> None:
-    limits = guard.prepare(Limits(), calibration.shipped())
+    limits = guard.prepare(Limits(), calibration.default_calibration())
     watched = CompiledGuarded(rig(("encoder",)), limits, 1e-3)
     for _ in range(100):
         watched.write(SAFE._replace(ctrl=1.0))
@@ -289,7 +289,9 @@ def test_the_compiled_guard_expects_no_sensor_that_is_not_there() -> None:
 
 
 def fine_without_any() -> CompiledGuarded:
-    watched = CompiledGuarded(rig(()), guard.prepare(Limits(), calibration.shipped()), 1e-3)
+    watched = CompiledGuarded(
+        rig(()), guard.prepare(Limits(), calibration.default_calibration()), 1e-3
+    )
     for _ in range(100):
         watched.write(SAFE._replace(ctrl=1.0))
     return watched

@@ -12,7 +12,7 @@ import macromicro
 from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.recording import Recording
-from macromicro.rig.replay import Replay, opened
+from macromicro.rig.replay import Replay, open_recording
 from macromicro.runs import job
 from macromicro.types import SAFE
 
@@ -112,7 +112,7 @@ def test_the_end_of_the_file_ends_the_run(made: Path) -> None:
 )
 def test_what_is_no_recording_is_bad_input(name: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        opened(name)
+        open_recording(name)
 
 
 def test_a_recording_without_sensors_is_bad_input() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 from macromicro.arrays import Array
 from macromicro.machines.composite import AnyMachine
 from macromicro.uncertainty.machines import draw, settings_at
-from macromicro.uncertainty.stages import kept
+from macromicro.uncertainty.stages import keep_settings
 from macromicro.uncertainty.table import Uncertain
 
 
@@ -16,4 +16,4 @@ def drawn(
     """What was drawn, and the settings."""
     amounts = draw(settings, rows, n, seed).amounts
     trees = [settings_at(settings, rows, each) for each in amounts]
-    return amounts, [kept(machine, settings, tree) for tree in trees]
+    return amounts, [keep_settings(machine, settings, tree) for tree in trees]

@@ -10,11 +10,11 @@ from macromicro.batch.programme_metrics import METRICS, NAMES
 from macromicro.errors import InputError
 from macromicro.robustness import requirements
 from macromicro.robustness.requirements import Requirement
-from macromicro.robustness.subject import required
+from macromicro.robustness.subject import usual_requirements
 from macromicro.robustness.words import amount
 from macromicro.uncertainty.table import UNCERTAIN
 
-REQUIRED = required(METRICS, {})
+REQUIRED = usual_requirements(METRICS, {})
 
 
 def written(folder: Path, text: str, name: str = "limits.toml") -> Path:

@@ -21,13 +21,13 @@ from tests.warm import Command
 
 from macromicro.batch.programme_metrics import METRICS, NAMES, measure
 from macromicro.robustness import files
-from macromicro.robustness.subject import required
+from macromicro.robustness.subject import usual_requirements
 from macromicro.runs import job as run
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
 
-REQUIRED = required(METRICS, {})
+REQUIRED = usual_requirements(METRICS, {})
 
 COMMAND = [sys.executable, "-m", "macromicro"]
 SHORT = '[[moves]]\nmacro = ["20 mm"]\nmicro = ["1 mm", "0.5 mm"]\nhold = "1.2 s"\n'

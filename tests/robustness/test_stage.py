@@ -15,10 +15,10 @@ from macromicro.robustness import subject as subjects
 from macromicro.robustness.study import Request
 from macromicro.schema.par import entries
 from macromicro.uncertainty import stages
-from macromicro.uncertainty.table import read
+from macromicro.uncertainty.table import read_table
 
 AXIS = machine.MACHINES[0]
-ROWS = read(AXIS.spread, AXIS.settings)
+ROWS = read_table(AXIS.spread, AXIS.settings)
 PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
 SETUP = StageSetup(AXIS, AXIS.settings, PLAN)
 

@@ -87,18 +87,18 @@ def test_folders_that_no_one_named_are_one_for_each_command(tmp_path: Path) -> N
     usual.mkdir(parents=True)
     (usual / folder.SUMMARY).write_text("{}")
     with ThreadPoolExecutor(8) as pool:
-        tasks = [pool.submit(folder.chosen, None, usual, overwrite=False) for _ in range(8)]
+        tasks = [pool.submit(folder.choose_folder, None, usual, overwrite=False) for _ in range(8)]
         made = {task.result() for task in tasks}
     assert made == {usual.with_name(f"thesis-{k}") for k in range(2, 10)}
-    assert folder.chosen(None, usual, overwrite=False, resume=True).name == "thesis-9"
+    assert folder.choose_folder(None, usual, overwrite=False, resume=True).name == "thesis-9"
     folder.tidy()
     assert [p.name for p in usual.parent.iterdir()] == ["thesis"]
-    assert folder.chosen(None, usual, overwrite=True) == usual
-    assert folder.chosen(usual, tmp_path, overwrite=False) == usual
+    assert folder.choose_folder(None, usual, overwrite=True) == usual
+    assert folder.choose_folder(usual, tmp_path, overwrite=False) == usual
 
 
 def test_a_place_where_no_folder_can_be_made_is_refused_by_its_name(tmp_path: Path) -> None:
     (tmp_path / "results").write_text("a file")
-    found = folder.chosen(None, tmp_path / "results" / "thesis", overwrite=False)
+    found = folder.choose_folder(None, tmp_path / "results" / "thesis", overwrite=False)
     with pytest.raises(InputError, match="results/thesis"):
         folder.check(found, 0, overwrite=False)

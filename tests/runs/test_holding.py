@@ -14,7 +14,7 @@ from tests.command import command as macromicro
 from tests.systems import linux, posix
 
 from macromicro.errors import InputError
-from macromicro.runs.folder import held
+from macromicro.runs.folder import locked
 
 HOLD = """
 import sys, time
@@ -43,7 +43,7 @@ def test_one_at_a_time_and_the_other_is_named(
     other: tuple[subprocess.Popen[str], Path],
 ) -> None:
     process, place = other
-    with pytest.raises(InputError) as caught, held(place, overwrite=True):
+    with pytest.raises(InputError) as caught, locked(place, overwrite=True):
         pass
     assert "in use by" in str(caught.value)
     if Path("/proc/locks").exists():
@@ -56,22 +56,22 @@ def test_a_killed_process_holds_nothing(other: tuple[subprocess.Popen[str], Path
     process, place = other
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
-    with held(place, overwrite=False):
+    with locked(place, overwrite=False):
         (place / "note.txt").write_text("mine")
     assert (place / "note.txt").exists()
 
 
 def test_an_empty_folder_goes_again(tmp_path: Path) -> None:
-    with held(tmp_path / "deep" / "new", overwrite=False):
+    with locked(tmp_path / "deep" / "new", overwrite=False):
         assert (tmp_path / "deep" / "new").is_dir()
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_another_command_left_meanwhile_is_kept(tmp_path: Path) -> None:
     (tmp_path / "note.txt").write_text("theirs")
-    with pytest.raises(InputError, match="already exists"), held(tmp_path, overwrite=False):
+    with pytest.raises(InputError, match="already exists"), locked(tmp_path, overwrite=False):
         pass
-    with held(tmp_path, overwrite=True):
+    with locked(tmp_path, overwrite=True):
         pass
 
 

@@ -11,11 +11,11 @@ from macromicro import api
 from macromicro.control import outside
 from macromicro.errors import InputError
 from macromicro.recording import Recording
-from macromicro.report.write import reported, write
+from macromicro.report.write import run_report, write
 from macromicro.runs import folder, job, keeping
 from macromicro.schema.par import changed
 from macromicro.serve.settings import load as served
-from macromicro.settings import Settings, chosen
+from macromicro.settings import Settings, choose
 
 ROUGH = 15.0  # N, where the shipped bench has 10.5
 AFTER, SEEN = 100, 60  # periods
@@ -38,7 +38,7 @@ def judged(run: Recording) -> tuple[int, float]:
 def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Settings, Path]:
     """A run on a bench that rubs more than the law knows, its settings, and what it learned."""
     place = tmp_path_factory.mktemp("first")
-    settings = chosen(Settings(), None, "terminal").with_("bench.friction.coulomb", f"{ROUGH} N")
+    settings = choose(Settings(), None, "terminal").with_("bench.friction.coulomb", f"{ROUGH} N")
     run = moved(place, settings)
     text = keeping.text(run, settings)
     assert text is not None
@@ -52,7 +52,7 @@ def test_the_next_run_begins_where_the_last_one_ended(
 ) -> None:
     run, settings, file = first
     found = np.median(run["law_friction"][run["law_speed"] != 0.0])
-    again = chosen(Settings(), file, None)
+    again = choose(Settings(), file, None)
     old, new = settings.controller.own, again.controller.own
     assert found > 0.3
     assert new.coulomb == pytest.approx(old.coulomb + found, abs=1e-4)
@@ -65,7 +65,7 @@ def test_it_is_better_on_a_bench_whose_friction_differs(
     first: tuple[Recording, Settings, Path], tmp_path: Path
 ) -> None:
     run, _, file = first
-    second = moved(tmp_path, chosen(Settings(), file, None))
+    second = moved(tmp_path, choose(Settings(), file, None))
     (late, swing), (soon, little) = judged(run), judged(second)
     assert soon < 0.7 * late
     assert little < 0.2 * swing
@@ -82,7 +82,7 @@ def test_the_live_machine_begins_with_it(
     text = keeping.text(run, settings._replace(bench=Settings().bench))
     assert text is not None
     (tmp_path / "mine.toml").write_text(text)
-    mine = chosen(Settings(), file, None).controller.own
+    mine = choose(Settings(), file, None).controller.own
     assert served(tmp_path / "mine.toml").controller.own == mine
 
 
@@ -103,7 +103,7 @@ def test_a_bad_file_is_refused_with_key_and_value(
     bad = tmp_path / "bad.toml"
     bad.write_text("\n".join(lines) + "\n")
     with pytest.raises(InputError) as refused:
-        chosen(Settings(), bad, None)
+        choose(Settings(), bad, None)
     assert key in refused.value.where
     assert "bad.toml" in refused.value.where
     assert value in str(refused.value.value)
@@ -112,8 +112,8 @@ def test_a_bad_file_is_refused_with_key_and_value(
 def test_laws_that_keep_nothing_leave_no_file(first: tuple[Recording, Settings, Path]) -> None:
     run, _, _ = first
     assert keeping.text(run, Settings()) is None
-    inverse = chosen(Settings(), None, "inverse")
-    assert outside.having(inverse.controller.fine).kept is None
+    inverse = choose(Settings(), None, "inverse")
+    assert outside.law_of_gains(inverse.controller.fine).kept is None
     assert keeping.text(run, inverse) is None
 
 
@@ -125,5 +125,5 @@ def test_a_run_writes_it_and_takes_an_old_one_away(tmp_path: Path) -> None:
     for law, there in (("terminal", True), ("pd-tuned", False)):
         asked = job.check(job.Request(str(path), out, law=law, overwrite=True))
         ended = job.execute(asked)
-        write(ended, reported(ended, "now"))
+        write(ended, run_report(ended, "now"))
         assert (out / folder.LEARNED).exists() is there

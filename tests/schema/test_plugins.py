@@ -35,7 +35,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
      ("a:b()", False), ("a b:c", False), ("a..b:c", False), ("os;x:y", False)],
 )  # fmt: skip
 def test_how_a_name_is_spelled(name: str, good: bool) -> None:
-    assert plugins.spelled(name) is good
+    assert plugins.is_plugin_name(name) is good
 
 
 def test_it_is_found_where_the_user_stands(module: str) -> None:
@@ -68,8 +68,8 @@ def test_errors_while_it_is_imported_are_told(module: str, text: str, said: str)
 
 
 def test_entry_points_are_listed_by_group() -> None:
-    assert plugins.registered("macromicro.laws") == {}
-    assert plugins.registered("console_scripts")["macromicro"] == "macromicro.__main__:main"
+    assert plugins.entry_points("macromicro.laws") == {}
+    assert plugins.entry_points("console_scripts")["macromicro"] == "macromicro.__main__:main"
 
 
 def test_a_name_stands_for_a_place() -> None:

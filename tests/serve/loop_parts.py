@@ -60,7 +60,7 @@ class Scene:
         self.bench = Bench(self.machine)
         self.shared = Shared.create(5000)
         self.ours, theirs = pair()
-        limits = guard.prepare(Limits(), calibration.shipped())
+        limits = guard.prepare(Limits(), calibration.default_calibration())
         self.rig = Guarded(self.bench, limits, 1e-3)
         self.settings = ServeSettings(parent_timeout=10.0, miss_share=1.0)
         self.loop = Loop(

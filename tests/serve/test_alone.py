@@ -101,7 +101,7 @@ def test_a_carriage_alone(lab: str, tmp_path: Path) -> None:
             assert isinstance(reply, Refused) and "no micro-stage" in reply.reason
         now = station.snapshot()
         assert now.trusted and now.ctrl_v == 0.0
-        offered = _reporting.offered(now, False, station.stages)
+        offered = _reporting.sensible_orders(now, False, station.stages)
         assert "move macro" in offered and "move micro" not in offered
 
 

@@ -22,10 +22,10 @@ from macromicro.serve.capturing import (
     Captured,
     Trigger,
     Wanted,
-    checked,
+    check,
 )
 
-FORM = shared.published((LENGTH,), ("",))  # a stage with lines
+FORM = shared.telemetry_of((LENGTH,), ("",))  # a stage with lines
 COLUMNS, SCALES, _ = FORM
 INDEX = {name: k for k, name in enumerate(FORM.names)}
 DT = 1e-3
@@ -49,7 +49,7 @@ class Ring:
             self.written += 1
 
     def capture(self, wanted: Wanted) -> Capture:
-        return Capture(checked(wanted, COLUMNS, DT), COLUMNS, SCALES, DT, self.written)
+        return Capture(check(wanted, COLUMNS, DT), COLUMNS, SCALES, DT, self.written)
 
     def run(self, wanted: Wanted, pieces: int = 37, most: int = 4000) -> Captured:
         capture = self.capture(wanted)
@@ -180,4 +180,4 @@ LONG = (shared.ROWS - 4000) * DT
 )
 def test_what_is_accepted_is_told(wanted: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        checked(wanted, COLUMNS, DT)
+        check(wanted, COLUMNS, DT)

@@ -28,13 +28,13 @@ def test_names_and_what_is_printed(
     host: str, bound: str, names: tuple[str, ...], shown: str
 ) -> None:
     assert hosts.names(host) == names
-    assert hosts.reached(host, bound) == shown
+    assert hosts.reachable_address(host, bound) == shown
 
 
 def test_a_computer_without_a_usable_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hosts.socket, "gethostname", lambda: "stage_pc")
     assert hosts.names("0.0.0.0") == ()
-    assert hosts.reached("0.0.0.0", "0.0.0.0") == "0.0.0.0"
+    assert hosts.reachable_address("0.0.0.0", "0.0.0.0") == "0.0.0.0"
 
 
 @pytest.mark.parametrize("name", ["", "a:80", "http://a", "a b", "-a", "a" * 300])

@@ -10,7 +10,7 @@ import pytest
 from loop_parts import Scene
 
 from macromicro.control.live import messages as m
-from macromicro.serve.link import packed, receive
+from macromicro.serve.link import pack, receive
 from macromicro.serve.requests import Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, SEEN, WRITTEN
 
@@ -40,7 +40,7 @@ def test_an_emergency_stop_comes_before_the_next_step(scene: Scene) -> None:
 
 def test_what_was_asked_before_the_first_period_is_not_forgotten(scene: Scene) -> None:
     scene.shared.cells[EMERGENCY] = 7
-    scene.ours.send(packed(Order(41, m.Enable(), 8, 2**63 - 1)))
+    scene.ours.send(pack(Order(41, m.Enable(), 8, 2**63 - 1)))
     scene.shared.cells[COMMANDS] = 1
     scene.run()
     assert int(scene.shared.cells[SEEN]) == 7
@@ -159,8 +159,8 @@ def test_a_request_that_the_machine_cannot_judge_is_refused(
         return real(request) if not isinstance(request, m.MoveBy) else 1 // 0  # type: ignore[return-value]
 
     monkeypatch.setattr(scene.machine, "accept", accept)
-    scene.ours.send(packed(Order(41, m.MoveBy(1.0), 1, 2**62)))
-    scene.ours.send(packed(Order(42, m.Enable(), 1, 2**62)))
+    scene.ours.send(pack(Order(41, m.MoveBy(1.0), 1, 2**62)))
+    scene.ours.send(pack(Order(42, m.Enable(), 1, 2**62)))
     scene.shared.cells[COMMANDS] = 2
     assert scene.run()[-1] == "safe"  # it went on, and left when it was told to
     assert receive(scene.ours)[0] == "begun"
@@ -183,7 +183,7 @@ def test_an_answer_comes_behind_what_came_of_it(
         real(message)
 
     monkeypatch.setattr(outbox, "send", send)
-    scene.ours.send(packed(Order(41, m.Home(), 1, 2**62)))
+    scene.ours.send(pack(Order(41, m.Home(), 1, 2**62)))
     shared.cells[COMMANDS] = 1
     scene.run()
     rows = dict(said)

@@ -11,7 +11,7 @@ from loop_parts import Scene
 
 from macromicro.control.live import messages as m
 from macromicro.rig import codes
-from macromicro.serve.link import packed, receive
+from macromicro.serve.link import pack, receive
 from macromicro.serve.requests import OVERTAKEN, TOO_LATE, Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY
 
@@ -37,7 +37,7 @@ def test_what_is_void_and_what_is_a_trial_is_answered_and_not_done(
     order: Order, reply: object, scene: Scene
 ) -> None:
     def send() -> None:
-        scene.ours.send(packed(order))
+        scene.ours.send(pack(order))
         scene.shared.cells[COMMANDS] += 1
 
     scene.bench.at[48] = lambda: scene.shared.cells.__setitem__(EMERGENCY, 7)
@@ -51,7 +51,7 @@ def test_what_is_void_and_what_is_a_trial_is_answered_and_not_done(
 
 def test_a_stop_is_never_too_late(scene: Scene) -> None:
     def send() -> None:
-        scene.ours.send(packed(Order(41, m.Stop(), 8, 9)))
+        scene.ours.send(pack(Order(41, m.Stop(), 8, 9)))
         scene.shared.cells[COMMANDS] += 1
 
     scene.bench.at[50] = send

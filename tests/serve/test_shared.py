@@ -20,7 +20,7 @@ from macromicro.serve.shared import (
     Shared,
     StageStatus,
     Status,
-    published,
+    telemetry_of,
 )
 from tests.control.own_laws import HERE
 
@@ -67,7 +67,7 @@ def test_a_count_from_an_earlier_memory_gives_nothing() -> None:
 
 
 def test_two_mappings_are_the_same_memory() -> None:
-    form = published((LENGTH,) * 3, ("x", "y", "z"))
+    form = telemetry_of((LENGTH,) * 3, ("x", "y", "z"))
     one = Shared.create(50, form)
     other = Shared(os.dup(one.fd), 50, form)
     fill(one, 0, 3)
@@ -137,7 +137,7 @@ def test_row_and_status_are_of_one_instant() -> None:
 def test_a_set_point_has_room_for_every_stage() -> None:
     """It lies between the status and the ring, and touches neither."""
     names = tuple("abcdefghijkl")
-    memory = Shared.create(100, published((LENGTH,) * len(names), names))
+    memory = Shared.create(100, telemetry_of((LENGTH,) * len(names), names))
     point = tuple((float(k), -1.0 - k) for k in range(len(names)))
     before = memory.status()
     memory.set_point(point, 17)

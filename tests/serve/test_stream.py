@@ -12,7 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.place import LENGTH
 from macromicro.serve import station
-from macromicro.serve.shared import POINT, RENEWED, Shared, published
+from macromicro.serve.shared import POINT, RENEWED, Shared, telemetry_of
 from macromicro.serve.station import Stream
 
 
@@ -74,7 +74,7 @@ def test_what_nothing_follows_is_refused(stream: Stream, point: Any, said: str) 
 
 
 def test_a_point_that_is_being_written_is_not_read() -> None:
-    shared = Shared.create(10, published((LENGTH, LENGTH), ("x", "y")))
+    shared = Shared.create(10, telemetry_of((LENGTH, LENGTH), ("x", "y")))
     shared.set_point(((0.1, 0.2), (0.3, 0.4)), 77)
     assert shared.point(2) == (((0.1, 0.2), (0.3, 0.4)), 77)
     shared.cells[POINT] += 1

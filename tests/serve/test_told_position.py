@@ -51,7 +51,7 @@ class Scene:
             advance=compiled(bench.advance),
             cells=self.cells,
         )
-        table = calibration.shipped()
+        table = calibration.default_calibration()
         self.machine: Live = live.make(settings, table)
         self.shared = Shared.create(100)
         self.ours, theirs = pair()

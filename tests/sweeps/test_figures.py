@@ -9,7 +9,7 @@ import pytest
 from matplotlib.contour import ContourSet
 from sweep_fake import swept
 
-from macromicro.drawing.files import encoded
+from macromicro.drawing.files import encode
 from macromicro.errors import InputError
 from macromicro.sweeps import _folder, figures, results
 from macromicro.sweeps.results import Quantity, Range, Results, Summary, lines
@@ -58,7 +58,7 @@ def test_a_grid_of_two_is_a_map(tmp_path: Path) -> None:
     expected = 7.0 * np.outer([1, 2, 3], [1, 2, 3, 4])
     np.testing.assert_allclose(np.reshape(mesh.get_array(), (3, 4)), expected)
     assert ax.get_xlabel() == "part.mass [kg]" and ax.get_ylabel() == "gain"
-    assert encoded(figure).startswith(b"\x89PNG")
+    assert encode(figure).startswith(b"\x89PNG")
 
 
 def test_noise_has_no_contours() -> None:
@@ -98,13 +98,13 @@ def test_a_metric_that_is_never_a_number() -> None:
     """Empty panels, and the count."""
     for count in (1, 2, 3, 9):
         figure = figures.draw(made(count, lost=50))
-        assert figure is not None and encoded(figure)
+        assert figure is not None and encode(figure)
         assert figure.axes[0].get_title(loc="left") == "m; no number for 50 of 50"
     empty = made(2, rows=12, lost=12)._replace(shape=(3, 4))
     grid = np.meshgrid(np.arange(3.0), np.arange(4.0), indexing="ij")
     both = tuple(Quantity(f"p{k}", "", g.ravel()) for k, g in enumerate(grid))
     figure = figures.draw(empty._replace(parameters=both))
-    assert figure is not None and encoded(figure)
+    assert figure is not None and encode(figure)
 
 
 def test_nothing_varies(tmp_path: Path) -> None:

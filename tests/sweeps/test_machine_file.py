@@ -32,7 +32,7 @@ def test_it_gives_the_figures_of_single_runs(lab: Path) -> None:
     for row, coulomb in zip(rows, (2.0, 3.0), strict=True):
         tree = settings.with_("x.friction.coulomb", f"{coulomb:g} N")
         under = composite.under(machine, tree)
-        moves = programmes.chosen(under, tree, str(lab / "moves.toml"))
+        moves = programmes.choose(under, tree, str(lab / "moves.toml"))
         found = StageSetup(under, tree, programmes.plan(under, tree, moves)).trial(0)
         for name in ("missed", "settling"):
             assert row[names.index(name)] == getattr(found, name), name

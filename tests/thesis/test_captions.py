@@ -7,7 +7,7 @@ import pytest
 from macromicro.drawing.exhibit import Grid
 from macromicro.thesis import all_procedures
 from macromicro.thesis.claims import STATEMENTS
-from macromicro.thesis.contents import CAPTIONS, captioned
+from macromicro.thesis.contents import CAPTIONS, caption
 
 TABLE = Grid(("part",), [("wire",)])
 
@@ -22,11 +22,11 @@ def test_captions_name_claims_of_the_list() -> None:
 
 
 def test_a_caption_takes_exactly_its_values() -> None:
-    found = captioned("D.6", TABLE, points=12)
+    found = caption("D.6", TABLE, points=12)
     assert found.caption.startswith("The 12 points (M_k, m_k, f) as measured")
     with pytest.raises(KeyError, match="points"):
-        captioned("D.6", TABLE)
+        caption("D.6", TABLE)
     with pytest.raises(KeyError, match="no placeholder for: rows"):
-        captioned("D.6", TABLE, points=12, rows=1)
+        caption("D.6", TABLE, points=12, rows=1)
     with pytest.raises(KeyError, match=r"9\.9"):
-        captioned("9.9", TABLE)
+        caption("9.9", TABLE)

@@ -20,8 +20,8 @@ from macromicro.thesis.claims import (
     STATEMENTS,
     Claim,
     in_order,
-    lost,
-    stated,
+    state,
+    unmeasured,
 )
 from macromicro.thesis.page._free_parameters import free_parameters
 
@@ -120,7 +120,7 @@ def test_a_band_without_the_printed_number_names_it() -> None:
 
 
 def test_measured_or_not_the_words_are_the_same() -> None:
-    good, gone = stated("M1", 3.0, REPRODUCED, spread=0.25), lost("M1", "it failed")
+    good, gone = state("M1", 3.0, REPRODUCED, spread=0.25), unmeasured("M1", "it failed")
     assert good == Claim(*gone)._replace(measured=3.0, verdict=REPRODUCED, reason=good.reason)
     assert "differs by up to 0.25 V between" in good.reason
     assert gone.measured is None
@@ -129,25 +129,25 @@ def test_measured_or_not_the_words_are_the_same() -> None:
 
 def test_a_claim_that_is_not_listed() -> None:
     with pytest.raises(KeyError):
-        stated("Z9", 1.0, REPRODUCED)
+        state("Z9", 1.0, REPRODUCED)
 
 
 def test_a_reason_takes_exactly_its_values() -> None:
     with pytest.raises(KeyError, match="spread"):
-        stated("M1", 3.0, REPRODUCED)
+        state("M1", 3.0, REPRODUCED)
     with pytest.raises(KeyError, match="no placeholder for: place, width"):
-        stated("M1", 3.0, REPRODUCED, spread=0.25, width=1.0, place=2.0)
-    late = stated("M14", 0.7, DIFFERS, wording="late", travel=2800.0, seconds=6.0)
+        state("M1", 3.0, REPRODUCED, spread=0.25, width=1.0, place=2.0)
+    late = state("M14", 0.7, DIFFERS, wording="late", travel=2800.0, seconds=6.0)
     assert late.reason == "not within 2 % of 2800 counts after 6 s"
     with pytest.raises(KeyError, match="early"):
-        stated("M14", 0.7, DIFFERS, wording="early", travel=2800.0, seconds=6.0)
+        state("M14", 0.7, DIFFERS, wording="early", travel=2800.0, seconds=6.0)
 
 
 def test_an_unknown_claim_is_lost_without_words() -> None:
-    assert lost("Z9", "it failed").verdict == NOT_MEASURED
+    assert unmeasured("Z9", "it failed").verdict == NOT_MEASURED
 
 
 def test_order_of_the_list() -> None:
     names = ["A1", "M3b", "Z9", "D10", "M3", "D9", "S13a", "I7"]
-    claims = [lost(name, "") for name in names]
+    claims = [unmeasured(name, "") for name in names]
     assert [c.id for c in in_order(claims)] == ["D9", "D10", "M3", "M3b", "S13a", "I7", "A1", "Z9"]

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.recorded import named
+from macromicro.recorded import columns_named
 from macromicro.recording import Recording
 from macromicro.thesis import collecting
 
-MADE = Recording.from_arrays(named("t", "motor"), [np.arange(3) * 1e-3, np.zeros(3)], 1e-3, {})
+MADE = Recording.from_arrays(
+    columns_named("t", "motor"), [np.arange(3) * 1e-3, np.zeros(3)], 1e-3, {}
+)
 own = collecting.Procedure("own", lambda lab: {"own": MADE}, ("encoder",), "nothing", "a record")
 other = "no procedure"
 
@@ -53,14 +55,14 @@ def test_what_is_none_is_refused(name: str, words: str) -> None:
 )
 def test_what_is_no_recordings_is_not_saved(found: Any) -> None:
     with pytest.raises(InputError, match=r"procedure own: .*one recording or more"):
-        collecting.checked(found, "own")
-    assert collecting.checked({"a": MADE}, "own") == {"a": MADE}
+        collecting.check(found, "own")
+    assert collecting.check({"a": MADE}, "own") == {"a": MADE}
 
 
 def test_runs_stand_below_each_other_without_the_truth() -> None:
-    columns = named("t", "motor", "true_micro")
+    columns = columns_named("t", "motor", "true_micro")
     one = Recording.from_arrays(columns, [np.arange(3.0), np.ones(3), np.ones(3)], 1.0, {})
-    both = collecting.joined([one, one], {"seed": 3})
+    both = collecting.join([one, one], {"seed": 3})
     assert [c.name for c in both.columns] == ["t", "motor", "run"]
     assert both["run"].tolist() == [1, 1, 1, 2, 2, 2] and both.attributes["seed"] == 3
-    assert collecting.joined([one]).attributes == {}
+    assert collecting.join([one]).attributes == {}

@@ -15,7 +15,7 @@ from macromicro.errors import InputError, MacromicroError
 from macromicro.identify import model_file
 from macromicro.identify.result import Line, Result
 from macromicro.plant import bench
-from macromicro.recorded import named
+from macromicro.recorded import columns_named
 from macromicro.recording import Recording
 from macromicro.rig.session import BENCH, KILN, Fixture
 from macromicro.rig.twin import CompiledTwin
@@ -26,7 +26,9 @@ from macromicro.thesis.commissioning import ACTUATOR, CARRIAGE, OVEN
 from macromicro.thesis.procedure import Lab
 from macromicro.types import Outputs, Sample
 
-MADE = Recording.from_arrays(named("t", "motor"), [np.arange(3) * 1e-3, np.zeros(3)], 1e-3, {})
+MADE = Recording.from_arrays(
+    columns_named("t", "motor"), [np.arange(3) * 1e-3, np.zeros(3)], 1e-3, {}
+)
 CHANNELS = Sample._fields[1:]
 
 
@@ -137,7 +139,7 @@ def test_what_is_complete_is_not_done_again(
     part = commissioning.Part("own", "drive", "*.h5", lambda parts: {"gain": 2.0})
 
     def do() -> Any:
-        return commissioning._done(
+        return commissioning._compute_once(
             Lab(), part, tmp_path, lambda *words: said.append(words), lambda name: None
         )
 

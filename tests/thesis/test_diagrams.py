@@ -10,20 +10,20 @@ import pytest
 from macromicro.control.arrival import Sequence
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import Pi, PiAntiWindup
-from macromicro.drawing.exhibit import SVG, rendered
+from macromicro.drawing.exhibit import SVG, render
 from macromicro.identify import _linear
 from macromicro.identify.kiln import without_spikes
 from macromicro.models.macro import Linear, MacroModel
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.driver import Driver
 from macromicro.thesis import diagrams
-from macromicro.thesis.diagrams import DIAGRAMS, PARAMETERS, Parameters, drawn
+from macromicro.thesis.diagrams import DIAGRAMS, PARAMETERS, Parameters, draw
 
 SPACE = "{http://www.w3.org/2000/svg}"
 
 
 def root(number: str, parameters: Parameters = PARAMETERS) -> ElementTree.Element:
-    body = drawn(number, parameters).body
+    body = draw(number, parameters).body
     assert isinstance(body, str)
     return ElementTree.fromstring(body)
 
@@ -37,12 +37,12 @@ def test_each_file_is_listed_and_each_listed_number_has_a_file() -> None:
     files = Path(diagrams.__file__).parent.glob("*.svg")
     assert sorted(file.stem for file in files) == sorted(DIAGRAMS)
     with pytest.raises(KeyError):
-        drawn("4.4")
+        draw("4.4")
 
 
 @pytest.mark.parametrize("number", DIAGRAMS)
 def test_an_exhibit_with_title_and_caption(number: str) -> None:
-    exhibit = rendered(number, drawn(number))
+    exhibit = render(number, draw(number))
     assert exhibit.kind == SVG and exhibit.number == number
     assert exhibit.title and exhibit.caption.endswith(".")
     assert root(number).findtext(f"{SPACE}title") == exhibit.title
@@ -50,7 +50,7 @@ def test_an_exhibit_with_title_and_caption(number: str) -> None:
 
 @pytest.mark.parametrize("number", DIAGRAMS)
 def test_every_name_is_replaced_and_every_id_exists(number: str) -> None:
-    body = drawn(number).body
+    body = draw(number).body
     assert isinstance(body, str) and not set("{}") & set(body)
     used = re.findall(r'url\(#(\w+)\)|aria-labelledby="(\w+)"', body)
     assert {a or b for a, b in used} == {e.get("id") for e in root(number).iter()} - {None}

@@ -22,7 +22,7 @@ from macromicro.design.margins import (
     pd_by_time,
 )
 from macromicro.models import electrothermal
-from macromicro.models.macro import Linear, Motor, discretised, jump, position_transfer, transfer
+from macromicro.models.macro import Linear, Motor, discretise, jump, position_transfer, transfer
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
@@ -168,7 +168,7 @@ RECOMPUTED: dict[int, Callable[[], list[float]]] = {
         LINEAR.a,
         -LINEAR.a,
         -math.log(-LINEAR.a) / LINEAR.dt,
-        -discretised(*transfer(ONES), 1.0).a,
+        -discretise(*transfer(ONES), 1.0).a,
     ],
     3: regression,
     4: lambda: [-(A0 - DELTA), jump(A0, DELTA, -1.0)],

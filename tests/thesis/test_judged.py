@@ -21,20 +21,20 @@ from macromicro.thesis.claims import (
     REPRODUCED,
     Claim,
     NotMeasured,
-    judged,
-    reached,
-    stated,
+    judge,
+    judge_time,
+    state,
     whole,
 )
 from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
-from macromicro.thesis.reproduce import failed
+from macromicro.thesis.reproduce import failure
 
 from .ended import collected
 
 
 def _good(name: str) -> Claim:
-    return stated(name, 1.0, REPRODUCED)
+    return state(name, 1.0, REPRODUCED)
 
 
 def _raises(error: Exception) -> Claim:
@@ -42,7 +42,7 @@ def _raises(error: Exception) -> Claim:
 
 
 def test_a_rule_that_breaks_loses_its_own_claims_alone() -> None:
-    found = judged(
+    found = judge(
         [
             ("M2", lambda: _good("M2")),
             (("M3", "M3b"), lambda: _raises(IndexError("no row 3"))),
@@ -60,8 +60,8 @@ def test_a_rule_that_breaks_loses_its_own_claims_alone() -> None:
 
 
 def test_what_never_came_differs_and_what_is_unknown_does_not() -> None:
-    assert reached("M14", float("nan")) == DIFFERS
-    assert reached("M14", 0.7) == REPRODUCED
+    assert judge_time("M14", float("nan")) == DIFFERS
+    assert judge_time("M14", 0.7) == REPRODUCED
 
 
 def _cut(recording: Recording, rows: int) -> Recording:
@@ -112,7 +112,7 @@ def test_arithmetic_survives_its_procedure() -> None:
         (find("electrothermal"), {"S9"}),
         (find("macro-control"), {"M11", "M11b"}),
     ):
-        claims = failed(procedure, "no power").claims
+        claims = failure(procedure, "no power").claims
         assert [c.id for c in claims] == list(procedure.ids)
         assert {c.id for c in claims if c.verdict == REPRODUCED} == names
 
@@ -141,7 +141,7 @@ def test_kiln_and_cycle_bench_hold_the_bench_s_actuator() -> None:
         ("bench.driver.supply", 4.2),
     ):
         settings = replaced(settings, path, value)
-    oven, bed = kiln_bench.beside(settings.bench), cycle_bench.beside(settings.bench)
+    oven, bed = kiln_bench.with_bench(settings.bench), cycle_bench.with_bench(settings.bench)
     assert oven.phase == bed.phase == settings.bench.phase
     assert oven.wire == bed.wire == settings.bench.wire
     assert oven.oven.ambient == 20.0
@@ -152,5 +152,5 @@ def test_kiln_and_cycle_bench_hold_the_bench_s_actuator() -> None:
     assert there.wire.stroke == lab.cycle().micro.wire.stroke == 4.2e-3  # type: ignore[union-attr]
     assert not np.array_equal(there.table.values, Lab().kiln().table.values)  # type: ignore[union-attr]
     default = Settings().bench
-    assert kiln_bench.beside(default) == kiln_bench.KilnBench()
-    assert cycle_bench.beside(default) == cycle_bench.CycleBench()
+    assert kiln_bench.with_bench(default) == kiln_bench.KilnBench()
+    assert cycle_bench.with_bench(default) == cycle_bench.CycleBench()

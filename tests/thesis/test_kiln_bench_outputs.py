@@ -26,7 +26,7 @@ def test_a_kiln_begins_at_the_rooms_temperature() -> None:
     s = kiln_bench.initial(KILN)
     assert s[:4] == (OVEN.ambient, OVEN.ambient, 0.0, 0.0)
     assert KILN.load == (OVEN.weight, 0.0, 0.0)
-    other = kiln_bench.beside(Bench()._replace(thermal=Bench().thermal._replace(ambient=19.0)))
+    other = kiln_bench.with_bench(Bench()._replace(thermal=Bench().thermal._replace(ambient=19.0)))
     assert other.oven == OVEN._replace(ambient=19.0) and other.encoder.pitch == 14e-6
 
 

@@ -65,7 +65,7 @@ def test_a_figure_that_fails_loses_no_claim() -> None:
 
 def test_a_claim_that_is_lost_keeps_its_words() -> None:
     laser = next(p for p in all_procedures() if p.name == "laser-noise")
-    rows = reproduce.as_rows([reproduce.failed(laser, "interrupted")])
+    rows = reproduce.as_rows([reproduce.failure(laser, "interrupted")])
     assert [(r["id"], r["printed"], r["unit"]) for r in rows] == [
         ("I5", 2.0, "um"),
         ("I7", 2.0, "um"),
@@ -78,7 +78,7 @@ def test_a_claim_that_is_lost_keeps_its_words() -> None:
 def test_rows_come_in_the_order_of_the_list() -> None:
     procedures = {p.name: p for p in all_procedures()}
     results = [
-        reproduce.failed(procedures[n], "") for n in ("cycle-testing", "technologies", "kiln")
+        reproduce.failure(procedures[n], "") for n in ("cycle-testing", "technologies", "kiln")
     ]
     ids = [r["id"] for r in reproduce.as_rows(results)]
     assert ids == ["D9", "D10", "S1", "S2", "S6", *(f"A{k}" for k in range(1, 7))]
@@ -96,13 +96,13 @@ def test_narrowed_to_a_claim_or_a_figure() -> None:
         Exhibit("1.2", "b", "b", ("X2",), "table", Grid((), [])),
     ]
     result = Result("good", claims, exhibits, 1.0)
-    by_claim = reproduce.narrowed(Chosen(broken.GOOD, frozenset({"X2"}), frozenset()), result)
-    by_figure = reproduce.narrowed(Chosen(broken.GOOD, frozenset(), frozenset({"1.1"})), result)
+    by_claim = reproduce.narrow(Chosen(broken.GOOD, frozenset({"X2"}), frozenset()), result)
+    by_figure = reproduce.narrow(Chosen(broken.GOOD, frozenset(), frozenset({"1.1"})), result)
     assert [c.id for c in by_claim.claims] == ["X2"]
     assert [e.number for e in by_claim.exhibits] == ["1.2"]
     assert [c.id for c in by_figure.claims] == ["X1"]
     assert [e.number for e in by_figure.exhibits] == ["1.1"]
-    assert reproduce.narrowed(Chosen(broken.GOOD), result) == result
+    assert reproduce.narrow(Chosen(broken.GOOD), result) == result
 
 
 @pytest.mark.parametrize(

@@ -61,12 +61,12 @@ meaning = "moving mass"
 def test_a_table_of_ones_own_is_read(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text(ROW + 'weights = [1, 2.0]\nsource = "a scale"\n')
-    (row,) = table.read(path, BASE)
+    (row,) = table.read_table(path, BASE)
     assert row.parts == (("bench.carriage.mass", 1), ("bench.wire.creep", 2.0))
     assert (row.kind, row.low, row.high, row.unit) == (FACTOR, 0.9, 1.1, "")
     assert (row.source, row.stage) == ("a scale", "")
     path.write_text(ROW)
-    assert table.read(path, BASE)[0].parts[1] == ("bench.wire.creep", 1.0)
+    assert table.read_table(path, BASE)[0].parts[1] == ("bench.wire.creep", 1.0)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_a_range_is_read_in_the_unit_of_its_parameter(tmp_path, kind, path, low,
     file = tmp_path / "own.toml"
     text = f"paths = ['{path}']\nkind = '{kind}'\nlow = {low}\nhigh = {high}\n"
     file.write_text(f"[[quantity]]\nname = 'a'\nmeaning = 'b'\n{text}")
-    (row,) = table.read(file, BASE)
+    (row,) = table.read_table(file, BASE)
     assert (row.low, row.high, row.unit) == found
 
 
@@ -108,5 +108,5 @@ def test_a_slip_in_a_table_is_named(tmp_path, change, words):
     path = tmp_path / "own.toml"
     path.write_text(ROW.replace(*change))
     with pytest.raises(InputError) as refused:
-        table.read(path, BASE)
+        table.read_table(path, BASE)
     assert words in str(refused.value)

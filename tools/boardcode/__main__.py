@@ -16,7 +16,7 @@ def main() -> None:
     out: Path = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     unit = catalogue.unit("two_stage.board")
-    written = files.written(unit, single=True)
+    written = files.write_unit(unit, single=True)
     params = unit.given["params"]
     texts = {
         f"{written.name}.h": written.header,

@@ -99,7 +99,7 @@ class Wire:
         """
         if self.connected:
             self.put(self._flipped(frame))
-        body = framing.unframed(frame[:-1])
+        body = framing.unframe(frame[:-1])
         request = body is not None and body[0] not in _STREAMED
         most = ANSWERED if request else LATEST if self._streams else 1
         passed = 0

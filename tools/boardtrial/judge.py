@@ -77,7 +77,7 @@ class Judge:
         """What is on the line, noise included."""
         self._queue += len(data)
         for body in self._stream.take(data):
-            frame = protocol.heard(body)
+            frame = protocol.decode(body)
             if frame is not None and frame.name in protocol.HOST:
                 self._frame(frame)
 

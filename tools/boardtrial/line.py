@@ -60,14 +60,14 @@ class Host:
         """Send a frame; what the board has sent meanwhile."""
         self._sequence += 1
         self.orders += 1
-        self.line.write(protocol.told(name, self._sequence, **values))
+        self.line.write(protocol.encode(name, self._sequence, **values))
         return self.listen()
 
     def listen(self) -> list[Frame]:
         """What the board has sent."""
         found = []
         for body in self._stream.take(self.line.read(self.line.in_waiting)):
-            frame = protocol.heard(body)
+            frame = protocol.decode(body)
             if frame is None:
                 continue
             if frame.name == "sample":

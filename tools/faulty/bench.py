@@ -23,7 +23,7 @@ class Faulty(Twin):
 
     def __init__(self, *given: Any, cells: NDArray[np.float64], **more: Any) -> None:
         super().__init__(*given, **more)
-        self.calibration = calibration.shipped()  # of the default bench, which this is
+        self.calibration = calibration.default_calibration()  # of the default bench, which this is
         self.clock = VirtualClock(self)
         self.cells = cells
         self._injection = Injection(cells)

@@ -74,7 +74,7 @@ def job(name: str, **options: Any) -> Job:
         module, kind = _OWN[name]
         made: Job = getattr(import_module(f"{__name__}.{module}"), kind)(**options)
         return made
-    if name in _MACHINES or plugins.spelled(name) or is_toml(name):
+    if name in _MACHINES or plugins.is_plugin_name(name) or is_toml(name):
         from macromicro.batch.stage_job import StageJob
 
         return StageJob(name, **options)

@@ -6,7 +6,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.batch.variant_job import VariantJob
-from macromicro.batch.variants import Metric, Variants, named
+from macromicro.batch.variants import Metric, Variants, variant_name
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
 from macromicro.design import steps
@@ -33,12 +33,12 @@ METRICS: tuple[Metric, ...] = (
 )
 
 
-def judged(law: MacroLaw, target: float, x: Array, sent: Array) -> tuple[float, ...]:
+def judge(law: MacroLaw, target: float, x: Array, sent: Array) -> tuple[float, ...]:
     """The `METRICS` of a step under a law: target and run [counts], limited effort [V].
 
     The efforts of the first sample, its kick and jump, do not count.
     """
-    asked = carriage.requested(law, np.full_like(x, target), x)
+    asked = carriage.unlimited_effort(law, np.full_like(x, target), x)
     return (
         steps.settling_time(x, target),
         steps.rise_time(x, target),
@@ -96,11 +96,11 @@ class MacroBenchJob(VariantJob):
         if REFERENCE not in variants.paths:
             return [self._reference] * len(values)
         column = values[:, variants.paths.index(REFERENCE)]
-        return [_step(float(v), named(first + k, REFERENCE)) for k, v in enumerate(column)]
+        return [_step(float(v), variant_name(first + k, REFERENCE)) for k, v in enumerate(column)]
 
     def one(self, settings: Settings, target: float) -> tuple[float, ...]:
         law, seen = run(settings, target, self._samples)
-        return judged(law, target, seen[0], seen[1])
+        return judge(law, target, seen[0], seen[1])
 
 
 def _step(target: float, where: str) -> float:

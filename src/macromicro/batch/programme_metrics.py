@@ -64,8 +64,8 @@ def measure(
     planned = int(np.sum(programme.stage == MACRO))
     values = {
         "fault": float(fault != 0),
-        "macro_missed": _missed(coarse, planned),
-        "micro_missed": _missed(fine, len(programme.stage) - planned),
+        "macro_missed": _count_missed(coarse, planned),
+        "micro_missed": _count_missed(fine, len(programme.stage) - planned),
         "macro_settling": max(_settling(coarse), default=math.nan),
         "macro_overshoot": _largest([_times(m.overshoot, counts) for m in coarse]),
         "macro_error": _largest([m.final_error_counts for m in coarse]),
@@ -90,7 +90,7 @@ def measure(
     return np.array([values[name] for name in NAMES])
 
 
-def _missed(found: Sequence[MoveResult], planned: int) -> float:
+def _count_missed(found: Sequence[MoveResult], planned: int) -> float:
     """Number of moves that did not arrive, were not begun or were cut short."""
     return float(planned - sum(m.complete and m.arrived_s is not None for m in found))
 

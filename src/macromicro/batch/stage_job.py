@@ -9,7 +9,7 @@ from macromicro import joining
 from macromicro.batch.variant_job import MachineJob
 from macromicro.errors import ProblemError
 from macromicro.machines import composite, compositions, setups
-from macromicro.machines.tree import is_own, joined
+from macromicro.machines.tree import is_own, with_law
 from macromicro.runs.setup import Setup
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import is_toml
@@ -47,10 +47,10 @@ class StageJob(MachineJob):
             raise ProblemError(
                 "--law", "not allowed here", "Name the law of each axis in the settings file."
             )
-        tree = self._settings if law is None else joined(self._settings, law, "--law")
+        tree = self._settings if law is None else with_law(self._settings, law, "--law")
         if path is not None:
             tree = load_overrides(path, tree, self.name)
-        return tree if law is None else joined(tree, law, "--law")  # before the file's word
+        return tree if law is None else with_law(tree, law, "--law")  # before the file's word
 
     def laws(self) -> list[str]:
         return [tree.law for tree in self._trees if is_own(tree)]

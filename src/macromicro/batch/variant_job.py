@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.batch.variants import SEED, Metric, Variants, applied, checked, seeds
+from macromicro.batch.variants import SEED, Metric, Variants, apply, check_rows, seeds
 from macromicro.batch.variants import table as parameters
 from macromicro.control.macro import NAMES
 from macromicro.errors import InputError
 from macromicro.runs.setup import Setup
 from macromicro.schema.config import check
-from macromicro.settings import chosen
+from macromicro.settings import choose
 
 
 class VariantJob:
@@ -43,7 +43,7 @@ class VariantJob:
 
     def loaded(self, path: Path | None, law: str | None) -> Any:
         """The job's settings with those of a file, under a law."""
-        return chosen(self._settings, path, law)
+        return choose(self._settings, path, law)
 
     def laws(self) -> list[str]:
         """Names of laws of other packages, whose sources are part of what is run."""
@@ -67,10 +67,10 @@ class VariantJob:
 
     def _each(self, variants: Variants, first: int) -> Iterator[tuple[Any, Any]]:
         """The settings of each variant, and its value `beside`."""
-        values = checked(self._known, variants, first, (self.beside,))
+        values = check_rows(self._known, variants, first, (self.beside,))
         own = self._own(variants, values, first)
         for k, row in enumerate(values):
-            tree = applied(self._settings, variants.paths, row, first + k, (self.beside,))
+            tree = apply(self._settings, variants.paths, row, first + k, (self.beside,))
             if self.refuses:
                 check(tree, f"variant {first + k}")
             yield tree, own[k]

@@ -84,7 +84,7 @@ def table(tree: Any) -> Known:
     return {e.path: e for e in entries(tree)}
 
 
-def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Known:
+def _choose(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Known:
     found = {}
     for path in paths:
         if paths.count(path) > 1:
@@ -100,22 +100,22 @@ def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Kno
     return found
 
 
-def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
+def check_rows(every: Known, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
     values = np.asarray(variants.values, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != len(variants.paths):
         accepted = f"(n, {len(variants.paths)}), a column a path"
         raise InputError("variants, shape of the values", values.shape, accepted)
-    for path, entry in _chosen(every, variants.paths, extra).items():
+    for path, entry in _choose(every, variants.paths, extra).items():
         column = values[:, variants.paths.index(path)]
         good = entry.admits(column)
         if not good.all():
             row = int(np.argmin(good))
             spoken = entry.par.spoken(float(column[row]))
-            raise InputError(named(first + row, path), spoken, entry.accepted)
+            raise InputError(variant_name(first + row, path), spoken, entry.accepted)
     return values
 
 
-def named(number: int, path: str) -> str:
+def variant_name(number: int, path: str) -> str:
     return f"variant {number}, {path}"
 
 
@@ -127,15 +127,15 @@ def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]
     if not good.all():
         row = int(np.argmin(good))
         accepted = f"a whole number from 0 to {EXACT}"
-        raise InputError(named(first + row, SEED), float(column[row]), accepted)
+        raise InputError(variant_name(first + row, SEED), float(column[row]), accepted)
     return [int(v) for v in column]
 
 
-def applied(
+def apply(
     tree: Any, paths: tuple[str, ...], row: Array, number: int, extra: tuple[str, ...] = ()
 ) -> Any:
     changes = {
-        path: _typed(tree, path, float(value))
+        path: _as_type(tree, path, float(value))
         for path, value in zip(paths, row, strict=True)
         if path not in extra
     }
@@ -145,7 +145,7 @@ def applied(
     return tree
 
 
-def _typed(tree: Any, path: str, value: float) -> float | int:
+def _as_type(tree: Any, path: str, value: float) -> float | int:
     """`value` in the type of the parameter at `path`."""
     for name in path.split("."):
         tree = getattr(tree, name)

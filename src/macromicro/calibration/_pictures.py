@@ -24,7 +24,7 @@ _CAPTION = (
 )
 
 
-def drawn(found: Calibration) -> Iterator[PageFigure]:
+def draw(found: Calibration) -> Iterator[PageFigure]:
     places = composite.places(found.request.machine)
     yield PageFigure(DEVIATIONS, "Before and after", _CAPTION, _deviations(found, places))
 

@@ -68,7 +68,7 @@ def write_list(path: Path, request: Request, *, overwrite: bool) -> None:
     write_text(path, "\n".join(lines) + "\n")
 
 
-def read(path: Path, request: Request) -> Readings:
+def read_readings(path: Path, request: Request) -> Readings:
     """Readings in a CSV file, of one stage or of two axes in a plane."""
     if isinstance(request.machine, Machine):
         return _of_one(path, request)
@@ -90,10 +90,10 @@ def _columns(headings: list[str], units: Mapping[str, str], where: str) -> dict[
     """
     found = {}
     for heading in headings:
-        quantity, unit = naming.parted(heading)
+        quantity, unit = naming.split_unit(heading)
         if not unit:
             before, _, after = heading.rpartition("_")
-            if unit := naming.spelled(after):  # "in", no unit in other files
+            if unit := naming.spell_unit(after):  # "in", no unit in other files
                 quantity = before
         quantity = quantity.lower().replace(" ", "_")
         if quantity in _PLAIN:
@@ -180,7 +180,7 @@ def _readings(rows: list[tuple[float, ...]], where: str) -> Readings:
     )  # fmt: skip
 
 
-def asked(request: Request, answers: Iterable[str], shown: TextIO) -> Readings:
+def ask_readings(request: Request, answers: Iterable[str], shown: TextIO) -> Readings:
     """Readings typed at the keyboard, one after each position that the person has gone to."""
     place, found = _alone(request), visits(request)
     rows: list[tuple[float, ...]] = []

@@ -56,7 +56,7 @@ def passes(
     ends = ((low, fast), (high, speed), (low, speed))
     plan = planning.stops(ends, targets.HOLD, settings, "the slow passes")
     how: dict[str, Any] = {"seed": seed, "bench": bench, "rigs": rigs}
-    found = measuring.recorded(machine, settings, plan, "the slow passes", **how)
+    found = measuring.record(machine, settings, plan, "the slow passes", **how)
     wanted = ("move", "phase", "reading", "effort", "target_speed", "t")
     move, phase, reading, effort, wish, t = (found[name] for name in wanted)
     at_speed = (phase == MOVING) & (np.abs(wish) > 0.99 * speed * place.per)
@@ -78,8 +78,8 @@ def passes(
 def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[str, Any]:
     """Fields of the correction: a table for each direction, and what repeats."""
     step = max(len(found.place) // POINTS, 1)
-    x = _thinned(found.place, step)
-    effort, way = _thinned(found.effort, step), _thinned(found.direction, step)
+    x = _thin(found.place, step)
+    effort, way = _thin(found.effort, step), _thin(found.direction, step)
     both = np.stack([(way > 0.0).astype(float), (way < 0.0).astype(float)], axis=1)
     left = effort - both @ np.linalg.lstsq(both, effort, rcond=None)[0]
     period = _strongest(x, left, periods)
@@ -96,7 +96,7 @@ def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[st
         if tried < 0.95 * score:
             best, score, size = matrix, tried, count
     assert best is not None
-    solved = fitting.solved(best, effort)
+    solved = fitting.solve(best, effort)
     made: dict[str, Any] = {
         "effort_period": period,
         "effort_waves": tuple(solved[2 : 2 + waves.shape[1]].tolist()),
@@ -114,7 +114,7 @@ def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[st
     return made
 
 
-def _thinned(values: Array, step: int) -> Array:
+def _thin(values: Array, step: int) -> Array:
     count = len(values) // step * step
     return np.asarray(values[:count].reshape(-1, step).mean(axis=1))
 
@@ -134,5 +134,5 @@ def _held_out(x: Array, matrix: Array, wanted: Array) -> float:
     errors = []
     for fold in range(fitting.FOLDS):
         out = stretch == fold
-        errors.append(wanted[out] - matrix[out] @ fitting.solved(matrix[~out], wanted[~out]))
+        errors.append(wanted[out] - matrix[out] @ fitting.solve(matrix[~out], wanted[~out]))
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -18,7 +18,7 @@ from macromicro.calibration.own_sensor import Own
 from macromicro.calibration.procedure import Axis, Calibration
 from macromicro.calibration.reversals import Turning
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import filled, saved
+from macromicro.drawing.page import fill, save_figures
 from macromicro.machines import composite, tree
 from macromicro.machines.machine import as_toml
 from macromicro.place import Place
@@ -50,7 +50,7 @@ def rows(found: Calibration) -> list[Row]:
         before, after = (iso.figures(m)._asdict() for m in (axis.before, axis.after))
         for name, meaning in iso.MEANINGS.items():
             symbol = iso.SYMBOLS.get(name, name)
-            was, now = (_rounded(place.fines * one[name]) for one in (before, after))
+            was, now = (_round_to_zero(place.fines * one[name]) for one in (before, after))
             made.append(Row(axis.name, symbol, meaning, was, now, place.fine))
         half = place.fines * axis.correction.half_width
         made.append(Row(axis.name, "±", "95 % of positions are within", None, half, place.fine))
@@ -80,17 +80,17 @@ def errors(found: Calibration) -> list[Line]:
     made = []
     for axis, place in _each(found):
         for each in axis.fit.estimates:
-            scale, unit = _shown(each.unit, place)
+            scale, unit = _unit_scale(each.unit, place)
             made.append(Line(axis.name, each.name, scale * each.value, scale * each.half, unit))
     return made
 
 
-def _rounded(value: float) -> float:
+def _round_to_zero(value: float) -> float:
     """Without the remains of an arithmetic that ends at 0."""
     return round(value, 4) + 0.0  # no -0
 
 
-def _shown(unit: str, place: Place) -> tuple[float, str]:
+def _unit_scale(unit: str, place: Place) -> tuple[float, str]:
     if unit == "m":
         return place.fines, place.fine
     return {"1/K": (1e6, "um/m/K"), "1": (1e6, "um/m"), "rad": (1e3, "mrad")}[unit]
@@ -133,13 +133,13 @@ def _tables(found: Calibration) -> Iterable[str]:
 def write(out: Path, found: Calibration, kinds: Sequence[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier calibration there is replaced."""
     machine = found.request.machine
-    with folder.staged(out, remove=FILES) as place:
+    with folder.staging(out, remove=FILES) as place:
         write_text(place / CORRECTIONS, corrections(found))
         write_text(place / SETTINGS, as_toml(machine, found.settings))
         write_text(place / NUMBERS, as_json(found))
         write_text(place / READINGS, readings(found))
-        shown = saved(_pictures.drawn(found), place, kinds)
-        page = filled(
+        shown = save_figures(_pictures.draw(found), place, kinds)
+        page = fill(
             _TEMPLATE,
             machine=machine.title,
             reference=found.reference,
@@ -177,7 +177,7 @@ def _reference(found: Calibration | Own) -> str:
 
 def write_own(out: Path, found: Own) -> None:
     """Write what was measured without a reference."""
-    with folder.staged(out, remove=FILES) as place:
+    with folder.staging(out, remove=FILES) as place:
         write_text(place / CORRECTIONS, corrections(found))
         write_text(place / SETTINGS, as_toml(found.request.machine, found.settings))
         write_text(place / NUMBERS, own_json(found) + "\n")

@@ -144,7 +144,7 @@ def _drift(t: Array) -> Array:
     return np.asarray(found)
 
 
-def solved(matrix: Array, wanted: Array) -> Array:
+def solve(matrix: Array, wanted: Array) -> Array:
     """Least squares, the drift and steep tables bound by a whisper of ridge."""
     scale = np.maximum(np.sqrt((matrix**2).sum(axis=0)), 1e-12)
     scaled = matrix / scale
@@ -165,7 +165,7 @@ def _held_out(data: Data, model: Model) -> float:
         out = order == fold
         if columns.matrix.shape[1] >= (~out).sum():
             return math.inf
-        found = solved(columns.matrix[~out], data.deviation[~out])
+        found = solve(columns.matrix[~out], data.deviation[~out])
         errors.append(data.deviation[out] - columns.matrix[out] @ found)
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
@@ -178,7 +178,7 @@ def _better(data: Data, best: Model, score: float, models: list[Model]) -> tuple
     return best, score
 
 
-def chosen(data: Data, periods: list[float]) -> Model:
+def choose_model(data: Data, periods: list[float]) -> Model:
     """The smallest model that predicts held-out positions about as well as the best one."""
     warm = bool(np.ptp(data.temperature) > WARMER) if np.isfinite(data.temperature).all() else False
     across = 2 if data.other is not None else 0
@@ -211,7 +211,7 @@ def _time(data: Data, model: Model) -> float:
 
     def left(log: float) -> float:
         matrix = _columns(data, model._replace(time=math.exp(log))).matrix
-        return float(np.sum((data.deviation - matrix @ solved(matrix, data.deviation)) ** 2))
+        return float(np.sum((data.deviation - matrix @ solve(matrix, data.deviation)) ** 2))
 
     edges = np.linspace(math.log(longest / 100.0), math.log(longest), TIMES)
     k = min(max(int(np.argmin([left(log) for log in edges])), 1), TIMES - 2)
@@ -222,7 +222,7 @@ def _time(data: Data, model: Model) -> float:
 def _spectrum(data: Data, model: Model) -> list[float]:
     """The period that explains most of what a model leaves."""
     columns = _columns(data, model)
-    left = data.deviation - columns.matrix @ solved(columns.matrix, data.deviation)
+    left = data.deviation - columns.matrix @ solve(columns.matrix, data.deviation)
     length, places = data.high - data.low, len(np.unique(data.target))
     cycles = np.arange(2.0 * FREQUENCIES, 2.0 * places * FREQUENCIES) / FREQUENCIES
     return [strongest(data.on_drive, left, length, cycles)]
@@ -236,10 +236,10 @@ def strongest(x: Array, left: Array, length: float, cycles: Array) -> float:
         found, *_ = np.linalg.lstsq(own, left, rcond=None)
         return float(np.sum((own @ found) ** 2))
 
-    return _refined(x, left, length, max(cycles.tolist(), key=gained))
+    return _refine_period(x, left, length, max(cycles.tolist(), key=gained))
 
 
-def _refined(x: Array, left: Array, length: float, cycles: float) -> float:
+def _refine_period(x: Array, left: Array, length: float, cycles: float) -> float:
     from scipy.optimize import minimize_scalar
 
     def lost(number: float) -> float:
@@ -255,17 +255,17 @@ def _refined(x: Array, left: Array, length: float, cycles: float) -> float:
 def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     """The correction of one stage; `periods` are those that its drive suggests, m."""
     data = _on_drive(data, Model(2, 1, 0.0, 2 if data.other is not None else 0, False))
-    found = _fitted(data, chosen(data, periods), other)
+    found = _fit(data, choose_model(data, periods), other)
     growth = [each for each in found.estimates if each.name == GROWTH]
     if growth and abs(growth[0].value) < growth[0].half:  # it may be none, and would be used later
-        return _fitted(data, found.model._replace(time=0.0), other)
+        return _fit(data, found.model._replace(time=0.0), other)
     return found
 
 
-def _fitted(data: Data, model: Model, other: str) -> Fit:
+def _fit(data: Data, model: Model, other: str) -> Fit:
     data = _on_drive(data, model)
     columns = _columns(data, model)
-    found = solved(columns.matrix, data.deviation)
+    found = solve(columns.matrix, data.deviation)
     left = data.deviation - columns.matrix @ found
     free = max(len(left) - columns.matrix.shape[1], 1)
     residual = float(math.sqrt(np.sum(left**2) / free))
@@ -277,7 +277,7 @@ def _fitted(data: Data, model: Model, other: str) -> Fit:
     changes = _changes(data, model, columns, found, other)
     return Fit(
         model,
-        Correction(**{name: _rounded(value) for name, value in changes.items()}),
+        Correction(**{name: _round(value) for name, value in changes.items()}),
         _estimates(data, model, columns, found, errors, free),
         residual,
         left,
@@ -288,16 +288,16 @@ def _fitted(data: Data, model: Model, other: str) -> Fit:
 def _on_drive(data: Data, model: Model) -> Data:
     """The readings with their places on the drive, by the tables of a fit."""
     columns = _columns(data, model)
-    found = solved(columns.matrix, data.deviation)
+    found = solve(columns.matrix, data.deviation)
     parts = [columns.parts[name] for name in ("table", "gap")]
     table, gap = (columns.matrix[:, part] @ found[part] for part in parts)
     return data._replace(on_drive=data.x + table + gap)
 
 
-def _rounded(value: Any) -> Any:
+def _round(value: Any) -> Any:
     """Numbers as a file should have them: six digits."""
     if isinstance(value, tuple):
-        return tuple(map(_rounded, value))
+        return tuple(map(_round, value))
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
@@ -316,7 +316,7 @@ def _errors(data: Data, matrix: Array) -> Array:
 def _jackknife(matrix: Array, wanted: Array, groups: Any) -> Array:
     """Variances by fits that leave out one group of readings each."""
     rows = [groups != group for group in np.unique(groups)]
-    found = np.array([solved(matrix[own], wanted[own]) for own in rows])
+    found = np.array([solve(matrix[own], wanted[own]) for own in rows])
     return np.asarray((len(rows) - 1) * np.var(found, axis=0))
 
 

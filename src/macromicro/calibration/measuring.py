@@ -100,9 +100,9 @@ def measure(
     starts = targets.names(machine)
     true = ["true_x", "true_y"] if plane else [f"{start}true_position" for start in starts]
     kinds = composite.stages(machine).kinds
-    plan = targets.planned(machine, settings, visits)
+    plan = targets.plan_visits(machine, settings, visits)
     sink = _sink(machine, settings, kinds, performing.columns(machine), true)
-    report = _reported(plan, progress)
+    report = _reporting(plan, progress)
     outcome = performing.perform(
         machine, settings, plan, sink, seed=seed, progress=report, bench=bench
     )
@@ -113,7 +113,7 @@ def measure(
     return _readings(machine, kinds, visits, rests, seen)
 
 
-def recorded(
+def record(
     machine: AnyMachine,
     settings: Any,
     plan: planning.Planned,
@@ -128,7 +128,7 @@ def recorded(
         how: dict[str, Any] = {"seed": seed, "warn": False, "bench": bench}
         done = runs.record(machine, settings, plan, **how)
     else:
-        done = runs.record(machine, settings, plan, on=on_rig.opened(rigs, seed))
+        done = runs.record(machine, settings, plan, on=on_rig.open_rigs(rigs, seed))
     if done.outcome.fault is not None:
         raise MacromicroError(f"{what} were ended: {done.outcome.fault.text}")
     return done.recording
@@ -170,9 +170,9 @@ def on_rigs(
     rigs = [Noting(fixture.open(seed + k)) for k, fixture in enumerate(fixtures)]
     group = on_rig.Rigs(rigs, [fixture.rest for fixture in fixtures])
     kinds = open_rig.stages(composite.stages(machine), group.members).kinds
-    plan = targets.planned(machine, settings, visits)
+    plan = targets.plan_visits(machine, settings, visits)
     sink = _sink(machine, settings, kinds, performing.columns(machine, group.members), [])
-    report = _reported(plan, progress)
+    report = _reporting(plan, progress)
     outcome = on_rig.perform(machine, settings, plan, sink, group, report)
     rests = _rests(sink, outcome, visits)
     seen = [_at_rest(np.array(rig.notes), rests[:, 0], sink.last) for rig in rigs]
@@ -213,7 +213,7 @@ def _sink(
     return Rests(rows, composite.period(machine, settings), kept)
 
 
-def _reported(plan: planning.Planned, progress: Progress | None) -> Callable[[float, int], None]:
+def _reporting(plan: planning.Planned, progress: Progress | None) -> Callable[[float, int], None]:
     count = len(planning.each(plan)[0].target)
 
     def reached(_: float, move: int) -> None:

@@ -46,7 +46,7 @@ def measure(request: Request) -> Own:
     if not isinstance(request.machine, Machine):
         problem = "without a reference only a machine of one stage can be measured"
         raise ProblemError("--reference none", problem, "Give the file of a single stage.")
-    machine, settings = procedure.uncorrected(request.machine, request.settings)
+    machine, settings = procedure.without_corrections(request.machine, request.settings)
     assert isinstance(machine, Machine)
     found, remarks = backlash(machine, settings, request), []
     low, high = float(settings.travel.low), float(settings.travel.high)
@@ -59,7 +59,7 @@ def measure(request: Request) -> Own:
     else:
         half = 0.5 * found.value
         changes |= {"up": (-half, -half), "down": (half, half)}
-    _, settings = procedure.corrected(machine, settings, [Correction(**changes)])
+    _, settings = procedure.with_corrections(machine, settings, [Correction(**changes)])
     made = Own(request, settings, found, (), tuple(remarks))
     return with_cogging(made) if request.cogging else made
 
@@ -80,7 +80,7 @@ def backlash(machine: Machine, settings: Any, request: Request) -> Backlash | No
         ends += [(begin, fast), (begin + way, speed), (begin, speed)]
     plan = planning.stops(ends, targets.HOLD, settings, "the reversals")
     how: dict[str, Any] = {"seed": request.seed, "bench": request.bench, "rigs": request.rigs}
-    found = measuring.recorded(machine, settings, plan, "the reversals", **how)
+    found = measuring.record(machine, settings, plan, "the reversals", **how)
     wanted = ("move", "phase", "reading", "effort")
     move, phase, reading, effort = (found[name] for name in wanted)
     gaps = []

@@ -87,28 +87,28 @@ class Calibration(NamedTuple):
 
 def calibrate(request: Request, tell: Tell = lambda title: None) -> Calibration:
     """Measure, fit and verify a machine."""
-    machine, settings = uncorrected(request.machine, request.settings)
+    machine, settings = without_corrections(request.machine, request.settings)
     random = np.random.default_rng([request.seed, 1])
     visits = _visits(machine, settings, request.positions, request.runs, random)
-    before = _measured(machine, settings, visits, request, 0, tell("as it is"))
+    before = _measure(machine, settings, visits, request, 0, tell("as it is"))
     machine, settings = pushing(machine, settings, before, request.periods)
-    measured = _measured(machine, settings, visits, request, 500, tell("backlash taken up"))
-    fits = fitted(machine, settings, measured, request.periods)
-    machine, settings = corrected(machine, settings, [f.correction for f in fits.values()])
+    measured = _measure(machine, settings, visits, request, 500, tell("backlash taken up"))
+    fits = fit_corrections(machine, settings, measured, request.periods)
+    machine, settings = with_corrections(machine, settings, [f.correction for f in fits.values()])
     verified = verify(machine, settings, request, tell("verifying"))
-    found = judged(request, machine, settings, fits, (before, measured, verified))
+    found = judge(request, machine, settings, fits, (before, measured, verified))
     found = with_efforts(found) if request.cogging else found
     return with_reversals(found) if request.reversals else found
 
 
 def from_readings(request: Request, given: Readings) -> Calibration:
     """A calibration from readings of another instrument, which no run has verified."""
-    machine, settings = uncorrected(request.machine, request.settings)
-    fits = fitted(machine, settings, given, request.periods)
-    _, settings = corrected(machine, settings, [f.correction for f in fits.values()])
+    machine, settings = without_corrections(request.machine, request.settings)
+    fits = fit_corrections(machine, settings, given, request.periods)
+    _, settings = with_corrections(machine, settings, [f.correction for f in fits.values()])
     left = np.stack([fit.scatter for fit in fits.values()], axis=1)
     after = given._replace(reference=given.target + left)
-    found = judged(request, machine, settings, fits, (given, given, after))
+    found = judge(request, machine, settings, fits, (given, given, after))
     words = 'not verified: "after" is what the correction leaves of the same readings'
     return found._replace(remarks=(*found.remarks, words))
 
@@ -124,7 +124,7 @@ def with_reversals(found: Calibration) -> Calibration:
     request = found.request
     assert isinstance(request.machine, Composite)
     what = (request.seed, request.bench, request.rigs)
-    settings, turns = reversals.learned(request.machine, found.settings, *what)
+    settings, turns = reversals.learn(request.machine, found.settings, *what)
     each = zip(composite.names(request.machine), turns, strict=True)
     remarks = [
         f"axis {name}: nothing to learn where its motion turns back"
@@ -143,7 +143,7 @@ def learned_efforts(request: Request, settings: Any) -> tuple[Any, Ripple, tuple
         seen.append(efforts.passes(made, learned, request.seed + k, request.bench, request.rigs))
         if k + 1 < _PASSES:
             changes = efforts.fit(seen[-1], correction.low, correction.high, drive_periods(own))
-            _, learned = corrected(made, own, [correction._replace(**changes)])
+            _, learned = with_corrections(made, own, [correction._replace(**changes)])
     ripple = Ripple(seen[0].ripple, seen[-1].ripple)
     if ripple.after < ripple.before:
         return learned, ripple, ()
@@ -175,14 +175,14 @@ def pushing(
     Where a load comes to rest within the backlash is chance. The scatter of that shows how far the
     drive must push at least.
     """
-    fits, provisional = fitted(machine, settings, before, periods), []
+    fits, provisional = fit_corrections(machine, settings, before, periods), []
     for fit, own in zip(fits.values(), machine.trees(settings), strict=True):
         farthest = float(np.max(np.abs(fit.apart))) if correcting.load(own).runs_ahead else 0.0
         half = _FARTHER * farthest
         provisional.append(Correction(up=(-half, -half), down=(half, half)))
     finer = [_finer(own) for own in machine.trees(settings)]
     settings = composite.with_trees(machine, settings, finer)
-    return corrected(machine, settings, provisional)
+    return with_corrections(machine, settings, provisional)
 
 
 def _finer(own: Any) -> Any:
@@ -206,10 +206,10 @@ def verify(
     """Measure a machine at positions that no calibration has used."""
     random = np.random.default_rng([request.seed, 2])
     visits = _visits(machine, settings, min(CHECKED, request.positions), CHECK_RUNS, random)
-    return _measured(machine, settings, visits, request, 1000, progress)
+    return _measure(machine, settings, visits, request, 1000, progress)
 
 
-def _measured(
+def _measure(
     machine: AnyMachine,
     settings: Any,
     visits: targets.Visits,
@@ -226,7 +226,7 @@ def _measured(
     return measuring.on_rigs(machine, settings, visits, request.rigs, seed=seed, progress=progress)
 
 
-def judged(
+def judge(
     request: Request,
     machine: AnyMachine,
     settings: Any,
@@ -244,7 +244,7 @@ def judged(
         made = date.today().isoformat()
         own = machine.trees(settings)[k].correction._replace(half_width=half, made=made)
         axes.append(Axis(name, fits[name], own, before, after))
-    _, settings = corrected(machine, settings, [axis.correction for axis in axes])
+    _, settings = with_corrections(machine, settings, [axis.correction for axis in axes])
     return Calibration(request, settings, tuple(axes), *readings, tuple(remarks(axes)))
 
 
@@ -269,12 +269,12 @@ def remarks(axes: list[Axis]) -> list[str]:
     return found
 
 
-def uncorrected(machine: AnyMachine, settings: Any) -> tuple[AnyMachine, Any]:
+def without_corrections(machine: AnyMachine, settings: Any) -> tuple[AnyMachine, Any]:
     """The machine with corrections of nothing."""
-    return corrected(machine, settings, [Correction() for _ in composite.names(machine)])
+    return with_corrections(machine, settings, [Correction() for _ in composite.names(machine)])
 
 
-def corrected(
+def with_corrections(
     machine: AnyMachine, settings: Any, corrections: Sequence[Any]
 ) -> tuple[AnyMachine, Any]:
     """The machine with a correction of each stage."""
@@ -303,7 +303,7 @@ def _visits(
     return targets.Visits(each[0].run, each[0].direction, both)
 
 
-def fitted(
+def fit_corrections(
     machine: AnyMachine, settings: Any, readings: Readings, periods: tuple[float, ...] = ()
 ) -> dict[str, Fit]:
     """The corrections of all stages."""

@@ -55,16 +55,16 @@ def ready(
     if any(not length > 0.0 for length in lengths):
         raise InputError("--period", printable(" ".join(periods)), "lengths above 0")
     keys.seed(seed, "--seed")
-    source = on_rig.found(rig, machine, settings, seed, "a calibration")
+    source = on_rig.find_rigs(rig, machine, settings, seed, "a calibration")
     if source is not None:
         for fixture in source:
             fixture.need("a calibration", CHANNEL)
-    instrument = references.INSTRUMENTS[_named("" if reference == NONE else reference, place)]
+    instrument = references.INSTRUMENTS[_instrument("" if reference == NONE else reference, place)]
     what = (machine, settings, instrument, positions, runs, seed, lengths, cogging, reversals)
     return Request(*what, rigs=source)
 
 
-def _named(name: str, place: Place) -> str:
+def _instrument(name: str, place: Place) -> str:
     """The instrument of a name, or the usual one for such a stage."""
     fitting = references.LENGTHS if place == LENGTH else references.ANGLES
     if not name:

@@ -57,7 +57,7 @@ class _Trial(NamedTuple):
     way: float = 1.0  # m
 
 
-def learned(
+def learn(
     machine: Composite,
     settings: Any,
     seed: int = 0,
@@ -73,7 +73,7 @@ def learned(
     def errors(trials: Sequence[_Trial]) -> list[Array]:
         tried = _with(machine, settings, trials)
         how: dict[str, Any] = {"seed": next(seeds), "bench": bench, "rigs": rigs}
-        found = measuring.recorded(machine, tried, circles.plan, "the circles", **how)
+        found = measuring.record(machine, tried, circles.plan, "the circles", **how)
         each = zip(targets.names(machine), composite.places(machine), strict=True)
         return [_after(found, start) / place.per for start, place in each]
 

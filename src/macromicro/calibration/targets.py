@@ -69,11 +69,11 @@ def over(trees: Sequence[Any], places: Sequence[Array], runs: int) -> Visits:
     return Visits(run_, way_, np.stack((first, second), axis=1))
 
 
-def planned(machine: AnyMachine, settings: Any, visits: Visits) -> Planned:
+def plan_visits(machine: AnyMachine, settings: Any, visits: Visits) -> Planned:
     """The moves to all positions, each from the one before, with a hold at each."""
     if isinstance(machine, Composite):
         legs = tuple(Move("line", tuple(row), HOLD) for row in visits.target.tolist())
-        course = moves.ordered(machine, Course("calibration", legs, "the calibration"))
+        course = moves.in_order(machine, Course("calibration", legs, "the calibration"))
         return moves.plan(machine, settings, course)
     ends = [(target, settings.motion.velocity) for target in visits.target[:, 0].tolist()]
     return planning.stops(ends, HOLD, settings, "the calibration")

@@ -32,22 +32,22 @@ MOTOR = 6.0  # V, of the first power-up
 
 def law(name: str) -> Iterator[Finding]:
     """Check a law against its contract and time one of its periods."""
-    if not plugins.spelled(name):  # an entry point, or a slip
+    if not plugins.is_plugin_name(name):  # an entry point, or a slip
         Control().joined(name, OPTION)
-    made, whole = outside.imported(name, OPTION), True
+    made, whole = outside.import_law(name, OPTION), True
     with suppress(InputError):  # what is wrong is said below; compiled beside its own sources
         outside.find(name, OPTION)
     for each in contract.check(made, name):
         whole = whole and each.passed
-        yield told(each)
+        yield as_finding(each)
     if whole:
-        yield Finding("speed", OK, _speed(outside.checked(made, name, OPTION)))
+        yield Finding("speed", OK, _speed(outside.check(made, name, OPTION)))
 
 
 def machine(name: str) -> Iterator[Finding]:
     """Check a machine against its contract and measure its speed."""
     for each in machine_contract.check(machines.named(name, "--machine")):
-        yield told(each)
+        yield as_finding(each)
 
 
 def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
@@ -58,11 +58,11 @@ def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
         raise ProblemError("--move", f"only for a rig of kind bench, not {fixture.kind}")
     for each in rig_contract.check(fixture):
         whole = whole and each.passed
-        yield told(each)
+        yield as_finding(each)
     if move is not None and whole:
-        asking.agreed(rig_contract.said(fixture, volts), f"--rig {name}", yes=yes)
+        asking.confirm(rig_contract.announce(fixture, volts), f"--rig {name}", yes=yes)
         for each in rig_contract.check_moving(fixture, volts):
-            yield told(each)
+            yield as_finding(each)
 
 
 def fixture_of(name: str) -> Fixture:
@@ -85,14 +85,14 @@ def volts_of(text: str, option: str) -> float:
     return volts
 
 
-def told(each: conformance.Finding) -> Finding:
+def as_finding(each: conformance.Finding) -> Finding:
     """A finding as `doctor` prints it."""
     return Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
 
 
 def _speed(law: StageLaw) -> str:
     """Time of one interpreted period, as the live machine runs it."""
-    gains, target = outside.given(law, law.gains()), Target(0.1, 0.0, 0.0, math.inf)
+    gains, target = outside.arguments(law, law.gains()), Target(0.1, 0.0, 0.0, math.inf)
     memory, began = law.start(gains, Sample(0.0, 0.0)), time.perf_counter()
     for k in range(_CALLS):
         sample = Sample(k * PERIOD, 1e-6 * k)
@@ -101,7 +101,7 @@ def _speed(law: StageLaw) -> str:
     return f"{each:.2g} us a period interpreted, as `serve` runs it (a period is 1000 us)"
 
 
-def walked(name: str, move: str | None, heat: str | None, *, yes: bool) -> Iterator[Finding]:
+def check_walk(name: str, move: str | None, heat: str | None, *, yes: bool) -> Iterator[Finding]:
     motor = MOTOR if move is None else volts_of(move, "--move")
     ctrl = walk.CTRL if heat is None else volts_of(heat, "--heat")
     fixture = fixture_of(name)
@@ -123,4 +123,4 @@ def walked(name: str, move: str | None, heat: str | None, *, yes: bool) -> Itera
         return answers.get(answer, walk.END)
 
     for each in walk.walk(fixture, walk.Limits(motor, ctrl), ask):
-        yield told(each)
+        yield as_finding(each)

@@ -67,7 +67,7 @@ def run(task: Task, out: Path, rig: str, *, overwrite: bool, resume: bool, yes: 
         folder.check(place, task.size, overwrite=replace, names=names)
     with Signals() as signals, ExitStack() as stack:
         for place, names in task.folders.items():
-            stack.enter_context(folder.held(place, overwrite=replace, names=names))
+            stack.enter_context(folder.locked(place, overwrite=replace, names=names))
             if overwrite:
                 _clear(place, (*names, *task.more))
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
@@ -116,12 +116,12 @@ def show_rows(rows: Iterable[tuple[str, ...]]) -> None:
 
 def _calibration(steps: Steps, seed: int) -> Calibrate:
     """The step that calibrates."""
-    from macromicro.commission.calibrating import calibrated
+    from macromicro.commission.calibrating import calibrate
 
-    return partial(calibrated, seed=seed, ask=steps.ask, done=steps.done)
+    return partial(calibrate, seed=seed, ask=steps.ask, done=steps.done)
 
 
-def _written(found: Any, out: Path, kinds: Sequence[str]) -> Any:
+def _write_calibration(found: Any, out: Path, kinds: Sequence[str]) -> Any:
     """A result whose calibration is written and whose machine's file includes it."""
     from macromicro.calibration import files
     from macromicro.commission import calibrating
@@ -129,10 +129,10 @@ def _written(found: Any, out: Path, kinds: Sequence[str]) -> Any:
     if found.calibration is None:
         return found
     files.write(out, found.calibration, kinds)
-    return found._replace(toml=calibrating.included(found.toml))
+    return found._replace(toml=calibrating.include_corrections(found.toml))
 
 
-def _calibrated(found: Any, out: Path, hint: str) -> tuple[list[str], str]:
+def _calibration_lines(found: Any, out: Path, hint: str) -> tuple[list[str], str]:
     """What a summary says of a calibration: its result, or how to do it."""
     from macromicro.calibration import files
 
@@ -155,26 +155,26 @@ def one_stage(
         )  # fmt: skip
 
     def summarize(found: Commissioned) -> Summary:
-        words, hint = _calibrated(found, out, _HINT)
+        words, hint = _calibration_lines(found, out, _HINT)
         return Summary(
             report.rows(found, place),
             report.doubts(found, place),
-            [_arrived("verification", found.verified.moves, found.verified.asked), *words],
+            [_arrivals("verification", found.verified.moves, found.verified.asked), *words],
             "" if found.verified.met else report.why(found),
             hint,
         )
 
     def write(found: Commissioned, started: str) -> None:
-        report.write(out, _written(found, out, kinds), place, started, kinds)
+        report.write(out, _write_calibration(found, out, kinds), place, started, kinds)
 
     folders = {out: (*report.names(place.kind), *files.FILES)}
     return Task(folders, report.BYTES, place.real, perform, write, summarize)
 
 
-def _arrived(what: str, moves: Sequence[Any], asked: int) -> str:
-    from macromicro.machines.results import arrived
+def _arrivals(what: str, moves: Sequence[Any], asked: int) -> str:
+    from macromicro.machines.results import count_arrived
 
-    return f"{what}: {arrived(moves)} of {asked} moves arrived"
+    return f"{what}: {count_arrived(moves)} of {asked} moves arrived"
 
 
 def two_axes(
@@ -197,7 +197,7 @@ def two_axes(
     if rig == TWIN:
         pair, places = plane.virtual(config, seed, calibrate=calibrate)
     else:
-        pair, places = plane.own(config, rig, seed, calibrate=calibrate)
+        pair, places = plane.own_places(config, rig, seed, calibrate=calibrate)
     allowed = (options(places[0]), options(places[1]))
 
     def perform(steps: Steps) -> plane.Both:
@@ -212,17 +212,17 @@ def two_axes(
 
     def summarize(both: plane.Both) -> Summary:
         verified = [
-            _arrived(f"verification of {name}", one.verified.moves, one.verified.asked)
+            _arrivals(f"verification of {name}", one.verified.moves, one.verified.asked)
             for name, one in zip(AXES, both.axes, strict=True)
         ]
-        verified.append(_arrived("verification of both", both.moves, len(both.plan.legs)))
+        verified.append(_arrivals("verification of both", both.moves, len(both.plan.legs)))
         why = "" if both.met else pages.why(both)
-        words, hint = _calibrated(both, out, _HINT)
+        words, hint = _calibration_lines(both, out, _HINT)
         found = (pages.rows(both, places), pages.doubts(both, places), [*verified, *words])
         return Summary(*found, why, hint)
 
     def write(both: plane.Both, started: str) -> None:
-        pages.write(out, _written(both, out, kinds), places, started, kinds)
+        pages.write(out, _write_calibration(both, out, kinds), places, started, kinds)
 
     each = {out / n: report.names(p.kind) for n, p in zip(AXES, places, strict=True)}
     folders = {out: (*pages.FILES, *files.FILES), **each}
@@ -253,7 +253,7 @@ def two_stages(config: Path | None, rig: str, kiln: str, out: Path, seed: int) -
 
     def summarize(found: both.Commissioned) -> Summary:
         asked = len(found.ended.job.programme.target)
-        verified = _arrived("verification", found.ended.moves, asked)
+        verified = _arrivals("verification", found.ended.moves, asked)
         return Summary(pages.rows(found), found.doubts, [verified], found.why)
 
     return Task(

@@ -11,7 +11,7 @@ from macromicro.commission import collecting as of_stages
 from macromicro.machines import compositions, on_rig
 from macromicro.recording import Recording
 from macromicro.rig.opening import TWIN, open_rig
-from macromicro.settings import Settings, chosen
+from macromicro.settings import Settings, choose
 from macromicro.thesis import collecting as of_bench
 from macromicro.thesis.procedure import Lab
 
@@ -37,7 +37,7 @@ class Chosen(NamedTuple):
     each: list[Experiment]
 
 
-def listed(config: Path | None) -> Iterator[str]:
+def list_experiments(config: Path | None) -> Iterator[str]:
     """The experiments of the machine of a settings file."""
     stages: list[Any] = []
     if config is not None and not compositions.is_two_stage(config):
@@ -71,14 +71,14 @@ def find(experiment: str, asked: Asked) -> Chosen:
 
 def _on_bench(experiment: str, asked: Asked) -> Chosen:
     procedure = of_bench.find(experiment)
-    settings = chosen(Settings(), asked.config, None)
+    settings = choose(Settings(), asked.config, None)
     twin = asked.rig == TWIN
     rigs = () if twin else (open_rig(asked.rig, asked.seed, limits=settings.guard),)
     lab = Lab(settings, asked.seed, rigs)
     lab.check(procedure)
 
     def collect(signals: Signals) -> dict[str, Recording]:
-        recordings = of_bench.checked(procedure.collect(lab), procedure.name)
+        recordings = of_bench.check(procedure.collect(lab), procedure.name)
         signals.later()
         return recordings
 
@@ -93,7 +93,7 @@ def _on_stages(experiment: str, asked: Asked) -> Chosen:
     procedure = of_stages.find(experiment, stages[0][1])
     names = tuple(name for name, _, _ in stages)
     several = asked.rig != TWIN and names != ("",)
-    rigs = on_rig.named(asked.rig, names) if several else [asked.rig] * len(stages)
+    rigs = on_rig.rig_names(asked.rig, names) if several else [asked.rig] * len(stages)
 
     def of(rig: str, stage: tuple[str, Any, Any]) -> Experiment:
         name, machine, tree = stage

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".pdf", ".svg")
 
 
-def measured(config: Path | None, seconds: float, figure: Path | None, *, as_json: bool) -> None:
+def measure(config: Path | None, seconds: float, figure: Path | None, *, as_json: bool) -> None:
     """Run the simulated machine for some seconds and print how punctual its loop was."""
     from json import dumps
 
@@ -52,7 +52,7 @@ def measured(config: Path | None, seconds: float, figure: Path | None, *, as_jso
     if figure is not None:
         from macromicro.drawing import files
 
-        figure.write_bytes(files.encoded(_draw(got, settings.period), figure.suffix[1:].lower()))
+        figure.write_bytes(files.encode(_draw(got, settings.period), figure.suffix[1:].lower()))
     if signals.received:
         say("interrupted; the results cover the time until then")
         raise typer.Exit(signals.status)

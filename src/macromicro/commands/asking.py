@@ -13,10 +13,10 @@ OPTION = "--yes"
 
 def stepwise(rig: str, *, yes: bool) -> Callable[[str, str], None]:
     """Ask before each step of a procedure."""
-    return lambda title, intent: agreed([f"{title}: {intent}"], f"--rig {rig}", yes=yes)
+    return lambda title, intent: confirm([f"{title}: {intent}"], f"--rig {rig}", yes=yes)
 
 
-def agreed(lines: list[str], where: str, *, yes: bool) -> None:
+def confirm(lines: list[str], where: str, *, yes: bool) -> None:
     """Say what is about to move and ask for confirmation, unless `yes`."""
     print(*lines, sep="\n", file=sys.stderr, flush=True)
     if yes:
@@ -37,4 +37,4 @@ def check_terminal(where: str) -> None:
 def before(job: Any, yes: bool) -> None:
     """Ask before a run on the user's rig."""
     if lines := job.setup.intent(job.source):
-        agreed(lines, f"--rig {job.request.rig}", yes=yes)
+        confirm(lines, f"--rig {job.request.rig}", yes=yes)

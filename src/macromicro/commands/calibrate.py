@@ -49,7 +49,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.calibration import by_hand as hand
     from macromicro.calibration import files, procedure
     from macromicro.calibration.request import NONE, ready
-    from macromicro.commands.asking import agreed
+    from macromicro.commands.asking import confirm
     from macromicro.drawing.files import formats
     from macromicro.runs import folder
 
@@ -58,7 +58,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     request = ready(*what, cogging=cogging, reversals=reversals, rig=rig)
     moves = list_to is None and not by_hand and readings is None
     if request.rigs is not None and moves:
-        agreed([procedure.intent(request)], f"--rig {rig}", yes=yes)
+        confirm([procedure.intent(request)], f"--rig {rig}", yes=yes)
     if list_to is not None:
         hand.write_list(list_to, request, overwrite=overwrite)
         print(f"positions to go to: {list_to}")
@@ -66,16 +66,16 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if check:
         _check(request, as_json)
         return
-    place = folder.chosen(out, OUT, overwrite=overwrite)
+    place = folder.choose_folder(out, OUT, overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
     if reference == NONE:
-        with Signals(), folder.held(place, overwrite=overwrite, names=files.FILES):
-            _own(request, place, as_json)
+        with Signals(), folder.locked(place, overwrite=overwrite, names=files.FILES):
+            _by_hand(request, place, as_json)
         return
-    given = hand.asked(request, sys.stdin, sys.stderr) if by_hand else None
+    given = hand.ask_readings(request, sys.stdin, sys.stderr) if by_hand else None
     if readings is not None:
-        given = hand.read(readings, request)
-    with Signals(), folder.held(place, overwrite=overwrite, names=files.FILES):
+        given = hand.read_readings(readings, request)
+    with Signals(), folder.locked(place, overwrite=overwrite, names=files.FILES):
         _calibrate(request, given, place, kinds, as_json)
 
 
@@ -110,7 +110,7 @@ def _calibrate(
     print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
 
 
-def _own(request: Request, place: Path, as_json: bool) -> None:
+def _by_hand(request: Request, place: Path, as_json: bool) -> None:
     from macromicro.calibration import files, own_sensor
 
     found = own_sensor.measure(request)

@@ -32,23 +32,23 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     `identify` reads these files.
     """
     from macromicro.commands import _experiments
-    from macromicro.rig.board.named import joined
+    from macromicro.rig.board.named import board_name
     from macromicro.runs import folder
     from macromicro.schema import keys
 
     if listed:
-        print(*_experiments.listed(config), sep="\n")
+        print(*_experiments.list_experiments(config), sep="\n")
         return
     keys.seed(seed, "--seed")
-    asked = _experiments.Asked(config, joined(rig, port, loop, calibration), seed)
+    asked = _experiments.Asked(config, board_name(rig, port, loop, calibration), seed)
     found = _experiments.find(experiment or "", asked)
-    place = folder.chosen(out, Path("results") / found.name, overwrite=overwrite)
+    place = folder.choose_folder(out, Path("results") / found.name, overwrite=overwrite)
     for one in found.each:
         folder.check(place / one.stage, one.size, overwrite=overwrite, names=())
     with Signals() as signals:
         for one in found.each:
             print(f"collecting {found.name} on {one.where}", file=sys.stderr)
-            with folder.held(place / one.stage, overwrite=overwrite, names=()):
+            with folder.locked(place / one.stage, overwrite=overwrite, names=()):
                 _collect(one, place / one.stage, signals)
             if found.then:
                 print(f"then: {_experiments.following(found.then, place / one.stage)}")
@@ -64,7 +64,7 @@ def _collect(one: Experiment, place: Path, signals: Signals) -> None:
     except KeyboardInterrupt:
         say("interrupted; nothing written")
         raise typer.Exit(signals.status or 130) from None
-    with folder.staged(place) as stage:
+    with folder.staging(place) as stage:
         for name, recording in recordings.items():
             recording.save(stage / f"{name}.h5")
     for name, recording in recordings.items():

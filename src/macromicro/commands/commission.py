@@ -54,11 +54,11 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.commands import _commissioning
     from macromicro.drawing.files import formats
     from macromicro.errors import ProblemError
-    from macromicro.rig.board.named import joined
+    from macromicro.rig.board.named import board_name
     from macromicro.runs import folder
     from macromicro.schema import keys
 
-    rig = joined(rig, port, None, None)
+    rig = board_name(rig, port, None, None)
     kinds = formats(figures)
     if overwrite and resume:
         raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
@@ -83,7 +83,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         place = _endless(_place(config, rig, own, seed, calibrate=calibrate), ends)
         allowed = _options(place, given)
         task = partial(_commissioning.one_stage, place, allowed, kinds=kinds, calibrate=calibrate)
-    out = folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
+    out = folder.choose_folder(out, OUT, overwrite=overwrite, resume=resume)
     _commissioning.run(
         task(out=out, seed=seed), out, rig, overwrite=overwrite, resume=resume, yes=yes
     )
@@ -103,10 +103,10 @@ def _refuse_single(figures: str, given: tuple[str, ...]) -> None:
 
 
 def _of_two_axes(config: Path) -> bool:
-    from macromicro.machines.compositions import chosen
+    from macromicro.machines.compositions import of_file
     from macromicro.machines.machine import JOINT
 
-    return chosen(config).name == JOINT
+    return of_file(config).name == JOINT
 
 
 def _pair(config: Path | None, rig: str, own: tuple[str, str, str]) -> Path | None:
@@ -155,9 +155,9 @@ def _place(
         )
     below = quantity(lowest, "V", "--lowest") if lowest else None
     kind = kind or "axis"
-    unit = kinds.chosen(kind, "--kind").place
+    unit = kinds.choose(kind, "--kind").place
     way = quantity(pitch, unit.base, "--pitch", unit.fine)
-    return places.own(rig, way, seed, kind, below, calibrate=calibrate)
+    return places.own_place(rig, way, seed, kind, below, calibrate=calibrate)
 
 
 def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Options:

@@ -25,9 +25,9 @@ def compare(
 
     kinds = formats(figures)
     sides = comparison.load(recordings or [])
-    names, out = comparison.FILES, folder.chosen(out, OUT, overwrite=overwrite)
+    names, out = comparison.FILES, folder.choose_folder(out, OUT, overwrite=overwrite)
     folder.check(out, comparison.BYTES, overwrite=overwrite, names=names)
-    with Signals(), folder.held(out, overwrite=overwrite, names=names):
+    with Signals(), folder.locked(out, overwrite=overwrite, names=names):
         found = comparison.compare(sides)
         comparison.write(out, found, kinds)
     if as_json:

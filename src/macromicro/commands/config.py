@@ -48,12 +48,12 @@ def _show(name: str | None, key: str | None, law: str | None, config: Path | Non
     from macromicro.machines import compositions
 
     if config is None:
-        machine = compositions.named(name or compositions.TWO_STAGE.name, "--machine")
+        machine = compositions.by_name(name or compositions.TWO_STAGE.name, "--machine")
         _print(machine, compositions.by_default(machine, law), key)
         return
     if name is not None:
         raise ProblemError("--machine", "not allowed with --config, whose file names the machine")
-    _print(compositions.chosen(config), compositions.settings_of(config, law), key)
+    _print(compositions.of_file(config), compositions.settings_of(config, law), key)
 
 
 def _print(machine: Any, settings: Any, key: str | None) -> None:
@@ -67,7 +67,7 @@ def _print(machine: Any, settings: Any, key: str | None) -> None:
 def _warn(settings: Any, key: str | None = None) -> None:
     from macromicro.machines import doubts
 
-    for each in doubts.found(settings):
+    for each in doubts.find_doubts(settings):
         if key is None or f"{each.path}.".startswith(f"{key}."):
             print(f"# warning: {each.text}")
 

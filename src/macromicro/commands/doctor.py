@@ -45,7 +45,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     from json import dumps
 
     from macromicro.commands import _checking, _timing
-    from macromicro.rig.board.named import joined
+    from macromicro.rig.board.named import board_name
     from macromicro.serve import health, persist
     from macromicro.serve.settings import load
 
@@ -58,15 +58,15 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     }
     _one_of(checks, {"--heat": ("--walk", heat), "--figure": ("--seconds", figure)})
     if seconds is not None:
-        _timing.measured(config, seconds, figure, as_json=json)
+        _timing.measure(config, seconds, figure, as_json=json)
         return
     numbers = [each for each in port or () if each.isdigit()]
     devices = [each for each in port or () if not each.isdigit()]
-    rig = joined(rig, devices[0] if devices else None, None, None)
+    rig = board_name(rig, devices[0] if devices else None, None, None)
     if machine is not None:
         findings = _checking.machine(machine)
     elif walk:
-        findings = _each(rig, lambda one: _checking.walked(one, move, heat, yes=yes))
+        findings = _each(rig, lambda one: _checking.check_walk(one, move, heat, yes=yes))
     elif look or move is not None:
         findings = _each(rig, lambda one: _checking.rig(one, move, yes=yes))
     elif law is None:
@@ -109,7 +109,7 @@ def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Findin
     if not on_rig.several(rig):
         yield from look(rig)
         return
-    for name in on_rig.named(rig):
+    for name in on_rig.rig_names(rig):
         for each in look(name):
             yield each._replace(what=f"{name}, {each.what}")
 

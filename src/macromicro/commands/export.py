@@ -60,17 +60,17 @@ def c(
     from macromicro.runs import folder
 
     wanted = building.systems(systems)
-    written = files.written(catalogue.unit(what, config), single)
+    written = files.write_unit(catalogue.unit(what, config), single)
     name = written.name
     texts = {f"{name}.h": written.header, f"{name}.c": written.code}
     content = {file: text.encode() for file, text in texts.items()}
     content["README.md"] = written.readme().encode()
     if wanted:
         content |= building.libraries(name, texts, wanted)
-    place = folder.chosen(out, Path("results") / f"c-{name}", overwrite=overwrite)
+    place = folder.choose_folder(out, Path("results") / f"c-{name}", overwrite=overwrite)
     names = tuple(content)
     folder.check(place, 2_000_000, overwrite=overwrite, names=names)
-    with folder.held(place, overwrite=overwrite, names=names):
+    with folder.locked(place, overwrite=overwrite, names=names):
         for file, data in content.items():
             (place / file).parent.mkdir(exist_ok=True)
             (place / file).write_bytes(data)
@@ -94,7 +94,7 @@ def fmu(
     from macromicro.export import building, catalogue, files
     from macromicro.export import fmu as units
 
-    written = files.written(catalogue.unit(what, config))
+    written = files.write_unit(catalogue.unit(what, config))
     place = out or Path(f"{written.name}.fmu")
     _check_new(place, overwrite)
     wanted = building.systems(systems)

@@ -12,9 +12,9 @@ import typer
 
 from macromicro.commands.calibrate import calibrate
 from macromicro.commands.group import Group
-from macromicro.commands.options import command, worded
+from macromicro.commands.options import command, with_words
 from macromicro.commands.signals import Signals
-from macromicro.commands.streams import say, warned
+from macromicro.commands.streams import printing_warnings, say
 from macromicro.identify import options
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def _kind(*some: str) -> Callable[[Callable[..., None]], None]:
         name = declared.__name__
         own, told = _options(name), inspect.signature(declared).parameters
         others = {"rate", "join", "machine"} - set(some)
-        shared = [par for par in worded(_common, "identify").values() if par.name not in others]
+        shared = [par for par in with_words(_common, "identify").values() if par.name not in others]
         before = [par for par in shared if par.name in _BEFORE]
 
         def command(**given: Any) -> None:
@@ -199,7 +199,7 @@ def calibration(
     )
 
 
-def _timed(columns: list[str] | None, rate: str | None) -> list[str]:
+def _with_rate(columns: list[str] | None, rate: str | None) -> list[str]:
     """The columns, with a rate in place of that of times."""
     if rate is None:
         return columns or []
@@ -219,10 +219,10 @@ def _identify(kind: str, options: dict[str, Any], given: dict[str, Any]) -> None
     from macromicro.identify.picking import picking
     from macromicro.identify.result import NAMES
     from macromicro.runs import folder
-    from macromicro.runs.folder import held
+    from macromicro.runs.folder import locked
 
     options["tests"] = tuple(given["test"] or ())
-    columns = _timed(given["columns"], given.get("rate"))
+    columns = _with_rate(given["columns"], given.get("rate"))
     what = picking(given["files"], columns)._replace(join=given.get("join", False))
     out, overwrite, as_json = given["out"], given["overwrite"], given["as_json"]
     if out is None:
@@ -231,7 +231,7 @@ def _identify(kind: str, options: dict[str, Any], given: dict[str, Any]) -> None
         _work(kind, options, what, None, as_json, given.get("machine"))
         return
     folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
-    with held(out, overwrite=overwrite, names=NAMES):
+    with locked(out, overwrite=overwrite, names=NAMES):
         _work(kind, options, what, out, as_json, given.get("machine"))
 
 
@@ -243,7 +243,7 @@ def _work(
     as_json: bool,
     machine: Path | None,
 ) -> None:
-    from macromicro.identify.kinds import drive_report, fitted
+    from macromicro.identify.kinds import drive_report, fit
     from macromicro.identify.result import NAMES
     from macromicro.identify.search import until
     from macromicro.machines import identified
@@ -252,18 +252,18 @@ def _work(
     with Signals() as signals:
         known = None if machine is None else identified.sheet(machine)
         signals.later("ending with the best fit so far; Ctrl-C again ends without a result")
-        with until(lambda: signals.received), warned() as said:
-            found = fitted(kind, what, **options)
+        with until(lambda: signals.received), printing_warnings() as said:
+            found = fit(kind, what, **options)
         found.warnings = tuple(said)
         if signals.received:
             found.warnings += (CUT_SHORT,)
         if known is not None:
-            found.toml = identified.merged(found, known)
+            found.toml = identified.merge(found, known)
             words = f"identified mass and friction, all else from {known.file}"
             found.remarks = [r for r in found.remarks if r[0] not in drive_report.ABOUT]
             found.remarks.append(("model.toml", words))
     if out is not None:
-        with folder.staged(out, NAMES) as place:
+        with folder.staging(out, NAMES) as place:
             found.save(place)
     if as_json:
         print(found.to_json(), end="")

@@ -43,14 +43,13 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     from macromicro.commands import asking
     from macromicro.drawing.files import formats
     from macromicro.errors import InputError, ProblemError
-    from macromicro.programme.scheduled import corrected
+    from macromicro.programme.scheduled import with_corrections
     from macromicro.report.learned import draw
     from macromicro.rig.replay import SCHEME
     from macromicro.runs import job as experiment
-    from macromicro.runs.folder import chosen, held
+    from macromicro.runs.folder import choose_folder, locked
     from macromicro.schema.text import printable
-    from macromicro.settings import Settings
-    from macromicro.settings import chosen as choose
+    from macromicro.settings import Settings, choose
     from macromicro.units import quantity
 
     behind = None if lag is None else quantity(lag, "s", "--lag")
@@ -61,7 +60,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     if programme.suffix != ".csv":
         remedy = "Give a programme by time (docs/running.md)."
         raise ProblemError(printable(programme), "not a CSV file", remedy)
-    folder = chosen(out, Path("results") / "learn", overwrite=overwrite)
+    folder = choose_folder(out, Path("results") / "learn", overwrite=overwrite)
     kinds = formats(figures)
     request = experiment.Request(
         str(programme), folder, config, seed=seed, overwrite=overwrite, rig=rig, law=law
@@ -71,11 +70,11 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     if rig.startswith(SCHEME):
         raise ProblemError(f"--rig {rig}", "learning needs a machine that moves, not a recording")
     asking.before(job, yes)
-    with held(folder, overwrite=overwrite), Signals() as signals:
+    with locked(folder, overwrite=overwrite), Signals() as signals:
         tell(job.settings)
         signals.later()
-        found = _learned(job, repeats, behind, signals)
-        text = corrected(programme, found.programme)
+        found = _learn(job, repeats, behind, signals)
+        text = with_corrections(programme, found.programme)
         write_text(folder / "learned.csv", text)
         draw(found, folder, kinds)
     before, after = found.repetitions[0], found.repetitions[found.best]
@@ -93,7 +92,7 @@ def following(folder: Path, config: Path | None, law: str | None, rig: str) -> s
     return shlex.join(words)
 
 
-def _learned(job: Job, repeats: int, lag: float | None, signals: Signals) -> Learned:
+def _learn(job: Job, repeats: int, lag: float | None, signals: Signals) -> Learned:
     from macromicro.drawing.bar import progress
     from macromicro.lab import learning
     from macromicro.programme import Programme, travel

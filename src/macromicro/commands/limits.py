@@ -23,12 +23,12 @@ def limits(
     from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest
     from macromicro.report.run import as_json as to_json
-    from macromicro.settings import Settings, chosen
+    from macromicro.settings import Settings, choose
     from macromicro.units import quantity
 
     texts = distances or (PLACES if micro else DISTANCES)
     places = [(text, quantity(text, "m", "DISTANCE")) for text in texts]
-    settings = chosen(Settings(), config, None)
+    settings = choose(Settings(), config, None)
     wanted = [place for _, place in places]
     fine = turns(settings.bench, settings.sensors, wanted) if micro else []
     found = [] if micro else [quickest(settings.bench, settings.sensors, way) for way in wanted]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from macromicro.commands.streams import warned
+from macromicro.commands.streams import printing_warnings
 
 if TYPE_CHECKING:
     from macromicro.identify.look import Look
@@ -19,7 +19,7 @@ def look(file: Path, as_json: bool = False) -> None:
     from macromicro.identify.look import look as looked
     from macromicro.report.run import as_json as to_json
 
-    with warned():
+    with printing_warnings():
         found = looked(file)
     if as_json:
         print(to_json(found.content()), end="")

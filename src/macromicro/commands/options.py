@@ -33,7 +33,7 @@ def command(app: typer.Typer, name: str | None = None) -> Callable[[Function], F
     """Add a function as a command, by its own name or another."""
 
     def add(function: Function) -> Function:
-        parameters = worded(function, str(app.info.name), function.__name__.strip("_")).values()
+        parameters = with_words(function, str(app.info.name), function.__name__.strip("_")).values()
         function.__signature__ = inspect.Signature([*parameters])  # type: ignore[attr-defined]
         app.command(name)(function)
         return function
@@ -41,14 +41,14 @@ def command(app: typer.Typer, name: str | None = None) -> Callable[[Function], F
     return add
 
 
-def worded(function: Callable[..., None], *tables: str) -> dict[str, inspect.Parameter]:
+def with_words(function: Callable[..., None], *tables: str) -> dict[str, inspect.Parameter]:
     """The parameters of a function as options and arguments, with the words of these tables."""
     words = {name: each for t in ("shared", *tables) for name, each in WORDS.get(t, {}).items()}
     parameters = inspect.signature(function, eval_str=True).parameters
-    return {name: _worded(par, words[name]) for name, par in parameters.items()}
+    return {name: _with_words(par, words[name]) for name, par in parameters.items()}
 
 
-def _worded(par: inspect.Parameter, words: dict[str, Any]) -> inspect.Parameter:
+def _with_words(par: inspect.Parameter, words: dict[str, Any]) -> inspect.Parameter:
     """A parameter as an option, or as an argument."""
     shown = {"help": words["help"], "metavar": words.get("metavar")}
     shown["show_default"] = words.get("default", True)

@@ -46,7 +46,7 @@ def plot(
         _check(place, overwrite=overwrite)
     if times != [None, None]:
         recording = recording.part(*times)
-    files = [(place, _written(recording, name, columns or [], place)) for place in places]
+    files = [(place, _write(recording, name, columns or [], place)) for place in places]
     for place, content in files:
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(content)
@@ -70,12 +70,12 @@ def _check(place: Path, *, overwrite: bool) -> None:
         )
 
 
-def _written(recording: Recording, name: str, columns: list[str], place: Path) -> bytes:
+def _write(recording: Recording, name: str, columns: list[str], place: Path) -> bytes:
     from macromicro import traces
-    from macromicro.drawing.files import encoded
+    from macromicro.drawing.files import encode
     from macromicro.report import zoomable
 
     kind = place.suffix.lower()[1:]
     if kind == HTML:
         return zoomable.page([recording], columns, [name]).encode(errors="backslashreplace")
-    return encoded(traces.overlay(recording, columns=columns, labels=[name]), kind)
+    return encode(traces.overlay(recording, columns=columns, labels=[name]), kind)

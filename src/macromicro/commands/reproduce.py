@@ -42,7 +42,7 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from macromicro.drawing.files import formats
     from macromicro.runs import folder
-    from macromicro.runs.folder import held
+    from macromicro.runs.folder import locked
     from macromicro.thesis import all_procedures, choosing
 
     procedures = all_procedures()
@@ -52,9 +52,9 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
     chosen = choosing.choose([*(only or []), *(names or [])], procedures)
     lab = _lab(rig or [], seed, chosen)._replace(figures=formats(figures))
     processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
-    out = folder.chosen(out, OUT, overwrite=overwrite)
+    out = folder.choose_folder(out, OUT, overwrite=overwrite)
     folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
-    with Signals() as signals, held(out, overwrite=overwrite, names=()):
+    with Signals() as signals, locked(out, overwrite=overwrite, names=()):
         _reproduce(chosen, lab, processes, out, as_json, signals)
 
 

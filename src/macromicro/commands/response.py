@@ -39,14 +39,14 @@ def response(
     keys.seed(seed, "--seed")
     keys.whole(count, 2, 10_000, "--count")
     usual = Path("results") / f"response-{config.stem if config else TWO_STAGE.name}"
-    place = folder.chosen(out, usual, overwrite=overwrite)
+    place = folder.choose_folder(out, usual, overwrite=overwrite)
     stages = responses.stages(config, asked)
     for name in stages:
         folder.check(place / name, 2_000_000, overwrite=overwrite, names=bode.FILES)
     contents = {}
     with Signals() as signals:
         for name, measure in stages.items():
-            with folder.held(place / name, overwrite=overwrite, names=bode.FILES):
+            with folder.locked(place / name, overwrite=overwrite, names=bode.FILES):
                 found = measure()
                 signals.later()
                 bode.write(place / name, found, kinds)

@@ -46,17 +46,19 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.robustness import files
     from macromicro.robustness.request import ready
     from macromicro.runs import folder
-    from macromicro.runs.folder import held
+    from macromicro.runs.folder import locked
 
     kinds = formats(figures)
     found = ready(config, programme, law, workers, fan=fan, variants=variants)
     tell(found.setup.settings)
-    for each in doubts.found(found.setup.settings):
+    for each in doubts.find_doubts(found.setup.settings):
         say(f"warning: {each.text}")
     request = found.request(samples, seed, requirements)
-    place = folder.chosen(out, Path("results") / f"robust-{found.place}", overwrite=overwrite)
+    place = folder.choose_folder(
+        out, Path("results") / f"robust-{found.place}", overwrite=overwrite
+    )
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
-    with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
+    with Signals() as signals, locked(place, overwrite=overwrite, names=files.FILES):
         _robust(request, found, (kinds, as_json), place, signals)
 
 
@@ -98,11 +100,11 @@ def _robust(
         terminal.show(found, about, str(out))
         print(f"page: {out / files.PAGE}")
     if found.interrupted:
-        _interrupted(len(found.rows), request.samples, out)
+        _report_interruption(len(found.rows), request.samples, out)
         raise typer.Exit(signals.status)
 
 
-def _interrupted(done: int, asked: int, out: Path) -> None:
+def _report_interruption(done: int, asked: int, out: Path) -> None:
     say(
         f"interrupted after {done} of {asked} machines; "
         f"the results so far are in {out}, marked incomplete"

@@ -46,13 +46,13 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     coordinated motion (docs/machines.md).
     """
     from macromicro.drawing.files import formats
-    from macromicro.rig.board.named import joined
+    from macromicro.rig.board.named import board_name
     from macromicro.runs.job import Request
 
     with Signals() as signals:
         try:
             kinds = formats(figures)
-            rig = joined(rig, port, loop, calibration)
+            rig = board_name(rig, port, loop, calibration)
             request = Request(programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
             perform(request, as_json, yes, signals)
         except KeyboardInterrupt:
@@ -82,13 +82,13 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
     from macromicro.commands import asking
     from macromicro.report import terminal
     from macromicro.report.run import as_json as to_json
-    from macromicro.report.write import reported, write
+    from macromicro.report.write import run_report, write
     from macromicro.runs import job as jobs
-    from macromicro.runs.folder import held
+    from macromicro.runs.folder import locked
 
     job = jobs.check(request)
     asking.before(job, yes)
-    with held(job.out, overwrite=job.request.overwrite, names=job.setup.files):
+    with locked(job.out, overwrite=job.request.overwrite, names=job.setup.files):
         tell(job.settings)
         for notice in job.setup.notices(job.source):
             print(notice, file=sys.stderr)
@@ -97,8 +97,8 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
                 job.setup.compile()
         signals.later()
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-        ended = performed(job, terminal.progress(job), signals)
-        report = reported(ended, started)
+        ended = perform_job(job, terminal.progress(job), signals)
+        report = run_report(ended, started)
         if not as_json:  # before the figures are drawn, which takes a second
             terminal.show(report, job.out)
             sys.stdout.flush()
@@ -121,7 +121,7 @@ def perform(request: Request, as_json: bool, yes: bool, signals: Signals) -> Non
             raise typer.Exit(signals.status or 1)
 
 
-def performed(
+def perform_job(
     job: Any, bar: AbstractContextManager[Callable[[float, int], None]], signals: Signals
 ) -> Any:
     """The run that a job describes. A signal ends the run with a whole recording and no report."""

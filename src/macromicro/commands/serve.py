@@ -62,14 +62,14 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     for commands. It is required where other computers can connect.
     """
     from macromicro.control.settings import Control
-    from macromicro.rig.board.named import joined
+    from macromicro.rig.board.named import board_name
     from macromicro.serve import hosts, persist, storage
     from macromicro.serve.log import Log
     from macromicro.serve.settings import load
 
     sys.setswitchinterval(SWITCH_S)
 
-    rig = joined(rig, port, loop, calibration)
+    rig = board_name(rig, port, loop, calibration)
     chosen = load(config, law)
     _check(chosen.rigs(rig), {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
     doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
@@ -123,9 +123,9 @@ def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | N
     keys.seed(seed, "--seed")
     check_ports(ports)
     if epics is not None:
-        from macromicro.serve.epics.server import checked
+        from macromicro.serve.epics.server import check_prefix
 
-        checked(epics)
+        check_prefix(epics)
     elif set(ports.values()) == {-1}:
         raise ProblemError(
             "--scpi -1 --web -1", "no port is left for commands", "Open one of the two."
@@ -135,7 +135,7 @@ def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | N
 def _token(host: str) -> str | None:
     """The token of the environment; refuses to go on where one is needed and missing."""
     from macromicro.errors import InputError, ProblemError
-    from macromicro.serve.hosts import guarded, is_loopback
+    from macromicro.serve.hosts import is_loopback, require_token
 
     token = os.environ.get(TOKEN, "").strip() or None
     if token is None and not is_loopback(host):
@@ -145,7 +145,7 @@ def _token(host: str) -> str | None:
             f"Set one in {TOKEN}, or use 127.0.0.1.",
         )
     try:
-        guarded(host, token)
+        require_token(host, token)
     except InputError as error:
         raise error.at(TOKEN) from None
     return token
@@ -180,7 +180,7 @@ class _Servers:
 
         self.opened.append(self._stack.enter_context(server))
         bound, port = server.address
-        return hosts.reached(self._doors.host, bound), port
+        return hosts.reachable_address(self._doors.host, bound), port
 
     def open_page(self) -> str:
         """Its address, or "" without a page."""

@@ -56,7 +56,7 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def warned() -> Iterator[list[str]]:
+def printing_warnings() -> Iterator[list[str]]:
     """Print each of our warnings of what runs within, once; the list has them at its end."""
     said: list[str] = []
     try:

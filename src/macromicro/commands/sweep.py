@@ -76,7 +76,7 @@ def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) ->
         )
     summary = outcome.summary
     if summary is None:
-        _interrupted(request, ready, outcome)
+        _report_interruption(request, ready, outcome)
         raise typer.Exit(signals.status or 1)
     _show(ready, outcome, summary)
     _draw(ready.out, kinds)
@@ -95,7 +95,7 @@ def _draw(folder: Path, kinds: Sequence[str]) -> None:
         print(f"figure: {path}")
 
 
-def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
+def _report_interruption(request: Request, ready: Ready, outcome: Outcome) -> None:
     words = ["macromicro", "sweep", str(request.spec), "--out", str(ready.out), "--resume"]
     if request.scheduler is not None:
         words += ["--scheduler", request.scheduler]

@@ -52,9 +52,9 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     found = ready(asked)
     tell(found.subject.start)
     name = stage or (config.stem if config else "")
-    place = folder.chosen(out, Path("results") / f"tune-{name}", overwrite=overwrite)
+    place = folder.choose_folder(out, Path("results") / f"tune-{name}", overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
-    with Signals() as signals, folder.held(place, overwrite=overwrite, names=files.FILES):
+    with Signals() as signals, folder.locked(place, overwrite=overwrite, names=files.FILES):
         _tune(found, place, kinds, as_json, signals)
 
 

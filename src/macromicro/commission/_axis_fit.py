@@ -233,7 +233,7 @@ def free_run(
                 x += gone
 
 
-def fitted(
+def fit_axis(
     records: Sequence[Record],
     dt: float,
     breakaway: float,
@@ -245,9 +245,11 @@ def fitted(
     # How fast breakaway friction fades is hardly observable but affects the mass, so several speeds
     # are averaged (Hoeting et al. 1999, Bayesian model averaging). Errors that no stroke shows are
     # added.
-    strokes = cut(records, dt)
+    strokes = as_strokes(records, dt)
     names = FITTED if pull == BALANCED else (*FITTED, *GRAVITY)
-    start, breakaway, square = _limited(cut(records[::_SOME], dt), breakaway, slid, pull)
+    start, breakaway, square = _with_force_limit(
+        as_strokes(records[::_SOME], dt), breakaway, slid, pull
+    )
     free = names if math.isinf(start.limit) else (*names, *_LIMIT)
     known = dict(zip(GRAVITY, pull[:2], strict=True))
     sure = dict.fromkeys(GRAVITY, pull.error or math.inf)
@@ -280,7 +282,7 @@ def fitted(
     return Model(axis, level, names, own, hidden, math.sqrt(squares.min()))
 
 
-def cut(records: Sequence[Record], dt: float) -> Strokes:
+def as_strokes(records: Sequence[Record], dt: float) -> Strokes:
     """The strokes as pieces of the search."""
     every = max(sum(len(one.t) for one in records) // (_COMPARED * len(records)), 1)
     forces: list[Array] = []
@@ -345,7 +347,7 @@ def _balance(stroke: Record, lag: float, dt: float, pull: Pull) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _limited(
+def _with_force_limit(
     strokes: Strokes, breakaway: float, slid: float, pull: Pull
 ) -> tuple[Axis, float, float]:
     """The start of the fit, with a force limit if that explains the strokes far better."""
@@ -374,13 +376,13 @@ def _limited(
     # A late force and a limited one look alike: begin on both sides.
     for part, lag in product(_LIMITS, {gentle.lag, 0.1 * dt}):
         axis, found = uniform(gentle._replace(lag=lag, limit=part * strokes.push))
-        left = _left(found, plain)
+        left = _relative_residual(found, plain)
         if left < least and axis.limit < strokes.push:
             best, least, square = axis, left, _square(found)
     return best, breakaway, square
 
 
-def _left(found: Fit, plain: Fit) -> float:
+def _relative_residual(found: Fit, plain: Fit) -> float:
     """Residual relative to a plain model: overall, or the mean over strokes against outliers."""
     mine, other = (np.maximum(f.pieces.totals(f.residual**2)[:-1], 1e-300) for f in (found, plain))
     typical = float(np.exp(0.5 * np.mean(np.log(mine / other))))

@@ -65,7 +65,7 @@ def arrives(machine: machines.Machine, settings: Any) -> bool:
     return True
 
 
-def rested(machine: machines.Machine, settings: Any) -> float | None:
+def settling_time(machine: machines.Machine, settings: Any) -> float | None:
     finest = float(settings.arrival.tolerance)
     for k in range(TRIES):
         tolerance = finest * COARSER**k
@@ -113,19 +113,19 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
 
 
 def robust(settings: Any, model: Model, number: int = DRAWS) -> Robust:
-    frequency, law = _looked(settings, model)
+    frequency, law = _law_response(settings, model)
     every = (sheets.plant(one, frequency) * law for one in drawn_machines(settings, model, number))
     return margins.robust(frequency, sheets.plant(settings, frequency) * law, every)
 
 
 def keeps(settings: Any, model: Model, each: Iterable[Any], modulus: float) -> bool:
     """Whether the loop is stable on all machines with at least the given modulus margin."""
-    frequency, law = _looked(settings, model)
+    frequency, law = _law_response(settings, model)
     loop = (sheets.plant(one, frequency) * law for one in each)
     return all(loops.modulus(one, _POLES) >= modulus for one in loop)
 
 
-def _looked(made: Any, model: Model) -> tuple[Array, Complex]:
+def _law_response(made: Any, model: Model) -> tuple[Array, Complex]:
     """Frequencies from far below the bandwidth, and the law's response."""
     dt, bandwidth = made.timing.period, made.controller.velocity / model.axis.mass
     frequency = loops.grid(dt, _SLOWEST * bandwidth)[::-_EVERY][::-1]
@@ -133,7 +133,7 @@ def _looked(made: Any, model: Model) -> tuple[Array, Complex]:
 
 
 def robustness(settings: Any, model: Model) -> Robustness:
-    return margins.told(robust(settings, model), "strokes over a longer travel")
+    return margins.as_robustness(robust(settings, model), "strokes over a longer travel")
 
 
 OBJECTIVE = "settling"
@@ -151,7 +151,7 @@ def models(settings: Any, model: Model) -> Iterator[Any]:
         yield one._replace(friction=friction)
 
 
-def searched(
+def search_gains(
     settings: Any, model: Model, progress: Callable[[int, float], None] = lambda done, best: None
 ) -> Tuned:
     """Gains that settle faster than those by the rules, if any."""
@@ -181,10 +181,10 @@ def searched(
     drawn = drawn_machines(settings, model, margins.DRAWS)
     if not keeps(found.best.settings, model, drawn, least):
         return Tuned()
-    return tuned(settings, found, before, after)
+    return as_tuned(settings, found, before, after)
 
 
-def tuned(settings: Any, found: Tuning, before: float, after: float) -> Tuned:
+def as_tuned(settings: Any, found: Tuning, before: float, after: float) -> Tuned:
     units = {e.path: e.par.unit for e in entries(settings)}
     paths, best = found.subject.paths, found.best.settings
     gains = {p: f'"{value_at(best, p)!r} {units[p]}"' for p in paths}

@@ -17,7 +17,7 @@ from macromicro.commission._probing import (
     Ramp,
     crept,
     direction,
-    started,
+    find_breakaway,
 )
 from macromicro.commission.courses import QUIET, quiet
 from macromicro.commission.stand import BALANCED, Caution, CommissionError, Pull, Stand
@@ -91,7 +91,7 @@ class Lift:
         return None if self.held else self.ramp.way * self.effort
 
 
-def held(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight:
+def find_weight(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight:
     """Whether the axis sinks, and the effort that holds it, which the stand applies from now on."""
     free = caution.anywhere._replace(speed=math.inf)
     sinks = sunk(stand, free)
@@ -134,16 +134,16 @@ def off_its_end(
         law = Lift(ramp, sinks, stand.pitch, lifted, speed, stand.dt)
         stand.drive(law, PATIENCE + 2.0 * _RAMP, caution)
         if law.held:
-            return _measured(stand, sign, sign * law.effort, caution)
+            return _measure_weight(stand, sign, sign * law.effort, caution)
         stand.rest(caution, SINKING)
     return None
 
 
-def _measured(stand: Stand, sign: float, hold: float, caution: Caution) -> Weight:
+def _measure_weight(stand: Stand, sign: float, hold: float, caution: Caution) -> Weight:
     stand.hold, up, down = hold, 0.0, 0.0
     for _ in range(_TRIES):
-        up = started(stand, sign, caution, 0.0).effort
-        down = started(stand, -sign, caution, 0.0).effort
+        up = find_breakaway(stand, sign, caution, 0.0).effort
+        down = find_breakaway(stand, -sign, caution, 0.0).effort
         stand.hold += 0.5 * sign * (up - down)
     return Weight(stand.hold, 0.5 * (up + down))
 
@@ -161,11 +161,11 @@ _HALF = 0.5  # of the squares that a constant torque leaves: sine and cosine lea
 _FEW = 4  # places that tell anything
 
 
-def balanced(
+def balance(
     stand: Stand, caution: Caution, speed: float, lifted: float, window: tuple[float, float]
 ) -> Weight:
     """Effort that holds a rotary load at any angle; the stand applies it from now on."""
-    first, way = _begun(stand, caution, speed, lifted)
+    first, way = _first_hold(stand, caution, speed, lifted)
     friction = way.friction
     slow = caution._replace(speed=speed)
     at = [stand.position()]
@@ -228,7 +228,9 @@ def significant(at: Array, torque: Array, friction: float) -> Pull | None:
     return pull._replace(error=math.hypot(error, _LEAST * friction))
 
 
-def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple[Weight, Direction]:
+def _first_hold(
+    stand: Stand, caution: Caution, speed: float, lifted: float
+) -> tuple[Weight, Direction]:
     """Effort that holds the load where it stands, off an end stop, and the breakaway there."""
     free = caution.anywhere._replace(speed=math.inf)
     sinks = sunk(stand, free)
@@ -236,7 +238,7 @@ def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple
     try:
         way = direction(stand, caution, True)
     except CommissionError:
-        leant = _lifted(stand, free, ways, speed, lifted)
+        leant = _lift_off(stand, free, ways, speed, lifted)
         if leant is None:
             raise
         return leant, direction(stand, caution, True)
@@ -246,7 +248,7 @@ def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple
     # An elastic end gives both ways, and is no place to learn anything.
     stand.sign, stand.hold, stand.pull = 1.0, 0.0, BALANCED
     stand.rest(free, SINKING)
-    leant = _lifted(stand, free, (end,), speed, lifted)
+    leant = _lift_off(stand, free, (end,), speed, lifted)
     if leant is None:
         raise CommissionError(
             f"the axis stands at an end, and {caution.effort:.3g} V do not move it away. Turn "
@@ -255,7 +257,7 @@ def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple
     return leant, direction(stand, caution, True)
 
 
-def _lifted(
+def _lift_off(
     stand: Stand, free: Caution, ends: Sequence[float], speed: float, lifted: float
 ) -> Weight | None:
     """The weight after lifting off the first possible end; None where it leans on none."""
@@ -302,7 +304,7 @@ def _torque(stand: Stand, way: Direction, friction: float, caution: Caution) -> 
     start, efforts = stand.pull.at(stand.position()), []
     for sign in (1.0, -1.0):
         try:
-            one = started(stand, sign, caution, way.noise, _ABOUT * friction, True)
+            one = find_breakaway(stand, sign, caution, way.noise, _ABOUT * friction, True)
             efforts.append(one.effort)
         except CommissionError:
             return None

@@ -182,11 +182,11 @@ class _Fit(NamedTuple):
     apart: float = math.inf  # of its two frequencies, in standard errors
 
 
-def found(passes: Sequence[Record], dt: float) -> Mode | None:
+def find_mode(passes: Sequence[Record], dt: float) -> Mode | None:
     if len(passes) < 4:
         return None
     every = spectra(passes, dt)
-    measured, noise, share = averaged(every)
+    measured, noise, share = average(every)
     seen = np.flatnonzero(share >= _SEEN)
     if len(seen) < 8 * _LEAST:
         return None
@@ -205,7 +205,7 @@ def found(passes: Sequence[Record], dt: float) -> Mode | None:
     )  # fmt: skip
 
 
-def averaged(every: Spectra) -> tuple[Complex, Array, Array]:
+def average(every: Spectra) -> tuple[Complex, Array, Array]:
     power = np.maximum((np.abs(every.effort) ** 2).sum(axis=0), 1e-300)
     response = (every.speed * every.effort.conj()).sum(axis=0) / power
     left = (np.abs(every.speed - response * every.effort) ** 2).sum(axis=0)
@@ -256,7 +256,7 @@ def _best(some: Spectra, noise: Array, at: str, stiff: Shape) -> _Fit:
         for ratio in _RATIOS[at]
         for base in (stiff, Shape(_USUAL, *_late(some.dt)))
     ]
-    costs = [float(np.mean(_left(thin, noise[::every], one)[1] ** 2)) for one in tried]
+    costs = [float(np.mean(_residual(thin, noise[::every], one)[1] ** 2)) for one in tried]
     begun: list[Shape] = []
     for k in np.argsort(costs).tolist():
         near = (abs(math.log(tried[k].resonance / b.resonance)) < 3 * _SPACING for b in begun)
@@ -266,7 +266,7 @@ def _best(some: Spectra, noise: Array, at: str, stiff: Shape) -> _Fit:
     return _search(some, noise, rough.shape)
 
 
-def _left(some: Spectra, noise: Array, shape: Shape) -> tuple[float, Array]:
+def _residual(some: Spectra, noise: Array, shape: Shape) -> tuple[float, Array]:
     """The best gain, and the residual over the noise, shape (pairs, 2 n)."""
 
     def rows(values: Complex) -> Array:
@@ -298,7 +298,7 @@ def _search(some: Spectra, noise: Array, begin: Shape) -> _Fit:
         return Shape(d, lag, rise, math.exp(x[3]), ratio, math.exp(x[4]), begin.at)
 
     def missed(x: Array) -> Array:
-        return _left(some, noise, shape(x))[1].ravel()
+        return _residual(some, noise, shape(x))[1].ravel()
 
     first = [math.log(begin.drag), 1.0 + begin.lag / dt, 1.0 + begin.rise / dt]
     if limp:
@@ -307,7 +307,7 @@ def _search(some: Spectra, noise: Array, begin: Shape) -> _Fit:
     start = np.clip(first[:count], bounds[0] + 1e-3, bounds[1] - 1e-3)
     done = least_squares(missed, start, bounds=bounds, x_scale="jac", ftol=1e-6, max_nfev=25)
     best = shape(done.x)
-    gain, left = _left(some, noise, best)
+    gain, left = _residual(some, noise, best)
     cost = float(np.mean(left**2))
     if not limp:
         return _Fit(best, gain, cost, {})

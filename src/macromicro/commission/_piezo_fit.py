@@ -56,7 +56,9 @@ def fitted_loops(swings: Sequence[Record], dt: float) -> Loops:
     span = float(np.ptp(every))
     thresholds = spaced(every, PLAYS)
     parts = [_part(s, thresholds, span, dt) for s in swings]
-    plays, lagged, x, branch = (np.concatenate(c) for c in zip(*_numbered(parts), strict=True))
+    plays, lagged, x, branch = (
+        np.concatenate(c) for c in zip(*_number_branches(parts), strict=True)
+    )
     # All products that any creep needs, so that a trial costs no row.
     r = np.linalg.qr(np.hstack([plays, lagged, x[:, None]]))[1]
     k = PLAYS
@@ -103,7 +105,7 @@ def _sure(found: clusters.Spread, slopes: Array, hidden: Array) -> tuple[Array, 
     return np.hypot(clusters.errors(found.covariance, slopes), hidden), half
 
 
-def predicted(found: Loops, swing: Record, dt: float) -> tuple[Array, Array, Array]:
+def predict(found: Loops, swing: Record, dt: float) -> tuple[Array, Array, Array]:
     """Effort, position and prediction of a record, for a figure."""
     u, x, columns, lagged, past, known = _columns(swing, np.array(found.thresholds), dt)
     explained = (columns + found.creep * lagged) @ np.array(found.weights)
@@ -150,7 +152,7 @@ def _part(swing: Record, thresholds: Array, span: float, dt: float) -> _Part:
     return _Part(less(plays), less(lagged), less(x), branch)
 
 
-def _numbered(parts: Sequence[_Part]) -> list[_Part]:
+def _number_branches(parts: Sequence[_Part]) -> list[_Part]:
     """Branches with numbers of their own."""
     done, made = 0, []
     for part in parts:
@@ -203,7 +205,7 @@ def fitted_swing(
     rows = _edges([_ringing(s, found.x * scale, dt, first) for s in small])
     free = clusters.spread(found.jac / scale, found.fun, rows)
 
-    parts = [_cut(s, omega, dt) for s in steps]
+    parts = [_cut_ringing(s, omega, dt) for s in steps]
     thresholds = np.array(loops.thresholds)
     levels = np.array([*before, *(s.u[-1] for s in steps)])
     plays = moved(levels, thresholds)[len(before) - 1 : -1]
@@ -214,7 +216,7 @@ def fitted_swing(
         lag, slew, delay = p[0] * dt, math.exp(p[1]), p[2] * dt
         missing = []
         for s, y in zip(parts, plays, strict=True):
-            volts = s.u[0] + _lagged(len(s.x), _size(s), lag, slew, dt / _FINE, delay)
+            volts = s.u[0] + _lagged_step(len(s.x), _size(s), lag, slew, dt / _FINE, delay)
             # A play's part of the position, after Kuhnen (2003).
             stood = np.maximum(
                 volts[:, None] - thresholds, np.minimum(volts[:, None] + thresholds, y)
@@ -260,7 +262,7 @@ def _size(step: Record) -> float:
     return float(step.u[-1] - step.u[0])
 
 
-def _cut(step: Record, omega: float, dt: float) -> Record:
+def _cut_ringing(step: Record, omega: float, dt: float) -> Record:
     """Six periods of the resonance after the step, where the lag shows."""
     n = min(len(step.t), max(round(12.0 * math.pi / (omega * dt)), 40))
     return Record(step.t[:n], step.u[:n], step.x[:n])
@@ -314,7 +316,7 @@ def _less(x: Array, basis: Array) -> Array:
     return np.asarray(x - q @ (q.T @ x))
 
 
-def _lagged(n: int, size: float, lag: float, slew: float, h: float, delay: float) -> Array:
+def _lagged_step(n: int, size: float, lag: float, slew: float, h: float, delay: float) -> Array:
     """A delayed step behind a rate-limited first-order lag, V, at the middles of substeps."""
     t = np.maximum((np.arange(n * _FINE) + 0.5) * h - delay, 0.0)
     # Rate-limited while more than slew lag is left, then first order.
@@ -362,7 +364,7 @@ class Curve(NamedTuple):
 
 
 def curves(swing: Record, found: Loops, dt: float) -> list[Curve]:
-    u, x, left = predicted(found, swing, dt)
+    u, x, left = predict(found, swing, dt)
     near = _TURNED * np.ptp(u)
     tops = np.flatnonzero(u >= u.max() - near)
     breaks = np.flatnonzero(np.diff(tops) > 1)

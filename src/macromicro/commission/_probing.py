@@ -176,10 +176,10 @@ def direction(stand: Stand, caution: Caution, climbs: bool = False) -> Direction
         )
     moved: dict[float, list[float]] = {1.0: [], -1.0: []}
     shown: dict[float, float] = {}
-    about = {way: started(stand, way, caution, noise, 0.0, climbs).effort for way in moved}
+    about = {way: find_breakaway(stand, way, caution, noise, 0.0, climbs).effort for way in moved}
     for _ in range(_TRIES):
         for way, efforts in moved.items():
-            one = started(stand, way, caution, noise, about[way], climbs)
+            one = find_breakaway(stand, way, caution, noise, about[way], climbs)
             shown[way] = one.moved
             efforts.append(one.effort)
     if shown[1.0] * shown[-1.0] >= 0.0:
@@ -195,7 +195,7 @@ def direction(stand: Stand, caution: Caution, climbs: bool = False) -> Direction
     return Direction(sign, _mean(ahead), _mean(back), scatter, float(noise))
 
 
-def started(
+def find_breakaway(
     stand: Stand,
     way: float,
     caution: Caution,
@@ -217,7 +217,7 @@ def started(
             "Check for an obstacle and that the amplifier is on, or allow a larger --effort"
         )
     if about and law.effort <= _AT_ONCE * begin:  # less would have started it, too
-        return started(stand, way, caution, noise, 0.0, climbs)
+        return find_breakaway(stand, way, caution, noise, 0.0, climbs)
     return Started(law.effort, float(record.x[-1] - start), law.speed)
 
 
@@ -303,7 +303,7 @@ class FrictionMap(NamedTuple):
         return max(float(side.max() - side.mean()) for side in self.sides)
 
 
-def mapped(stand: Stand, found: Direction, ends: Ends, caution: Caution) -> FrictionMap:
+def map_friction(stand: Stand, found: Direction, ends: Ends, caution: Caution) -> FrictionMap:
     places: list[float] = []
     forward: list[float] = []
     backward: list[float] = []
@@ -314,7 +314,7 @@ def mapped(stand: Stand, found: Direction, ends: Ends, caution: Caution) -> Fric
             continue
         places.append(stand.position() - ends.low)
         for kept, way, about in ((forward, 1.0, found.forward), (backward, -1.0, found.backward)):
-            one = started(stand, way, caution, found.noise, _LOWER * about)
+            one = find_breakaway(stand, way, caution, found.noise, _LOWER * about)
             kept.append(one.effort)
             if not math.isnan(one.speed):
                 speeds.append(one.speed)

@@ -46,7 +46,7 @@ def keep(folder: Path, step: Step, found: Any, dt: float, asked: dict[str, Any])
     os.replace(part, place)
 
 
-def read(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
+def read_steps(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
     """Results of earlier sessions up to the first missing step."""
     found: dict[str, Any] = {}
     for step in _verifying.kept_steps(kind):

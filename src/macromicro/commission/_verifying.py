@@ -48,7 +48,7 @@ class Verified(NamedTuple):
 
     @property
     def met(self) -> bool:
-        return not self.fault and results.arrived(self.moves) == self.asked
+        return not self.fault and results.count_arrived(self.moves) == self.asked
 
 
 class Shifted:
@@ -98,10 +98,12 @@ def programme(settings: Any) -> Programme:
 
 
 def verify(on: Shifted, machine: machines.Machine, settings: Any) -> Verified:
-    return made(on, machine, settings, programme(settings))
+    return verify_moves(on, machine, settings, programme(settings))
 
 
-def made(on: Shifted, machine: machines.Machine, settings: Any, what: Programme) -> Verified:
+def verify_moves(
+    on: Shifted, machine: machines.Machine, settings: Any, what: Programme
+) -> Verified:
     """Run any moves from the present position."""
     done = runs.record(machine, settings, what, on=on, warn=False)
     plan = planning.plan(what, settings)
@@ -147,22 +149,22 @@ def settling(stand: Stand, machine: machines.Machine, settings: Any) -> tuple[fl
     what = test_moves(
         "comparison", "moves by two sets of gains", COMPARED_SHARES, COMPARED_HOLD, settings
     )
-    done = made(Shifted(stand), machine, settings, what)
+    done = verify_moves(Shifted(stand), machine, settings, what)
     if not done.met:
         return math.inf, done.fault
     return max(0.0, float(np.mean(results.settling(done.moves)))), ""
 
 
-def listed(tuned: Tuned) -> tuple[str, ...]:
+def gain_columns(tuned: Tuned) -> tuple[str, ...]:
     """Gains that identify a comparison."""
     return tuple(word for pair in tuned.gains.items() for word in pair)
 
 
-def compared(tried: Callable[[Tuned], tuple[float, str]], tuned: Tuned) -> Compared:
+def compare(tried: Callable[[Tuned], tuple[float, str]], tuned: Tuned) -> Compared:
     """Try both gains, the rules' first, which are safe."""
     rules, fault_rules = tried(Tuned())
     search, fault_search = tried(tuned)
-    return Compared(rules, search, (fault_rules, fault_search), listed(tuned))
+    return Compared(rules, search, (fault_rules, fault_search), gain_columns(tuned))
 
 
 def faster(found: Compared, tuned: Tuned) -> Tuned:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.commission import courses
-from macromicro.commission.courses import driven
+from macromicro.commission.courses import drive
 from macromicro.commission.procedure import Work
 from macromicro.commission.stand import Caution, CommissionError, Record, Stand
 
@@ -138,7 +138,7 @@ def _wide(work: Work) -> Caution:
     return work.options.caution(work.options.speed).anywhere
 
 
-def cooled(
+def cool(
     stand: Stand, least: float, work: Work, start: float = math.nan, way: float = math.nan
 ) -> None:
     """Wait without effort until the wire stops moving."""
@@ -188,7 +188,7 @@ def warmth(work: Work) -> Warmth:
         )
     sign = math.copysign(1.0, float(record.x[-1]) - law.start)
     stand.facing *= sign
-    cooled(stand, least, work, sign * law.start, abs(float(record.x[-1]) - law.start))
+    cool(stand, least, work, sign * law.start, abs(float(record.x[-1]) - law.start))
     return Warmth(sign, law.effort, noise)
 
 
@@ -215,7 +215,7 @@ def ramp(work: Work) -> list[Record]:
             f"the wire still contracts at {record.u.max():.3g} V. Allow a larger "
             "--effort to show its full travel, or a wider window, --from and --to"
         )
-    cooled(stand, least, work, law.start, float(record.x.max()) - law.start)
+    cool(stand, least, work, law.start, float(record.x.max()) - law.start)
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
 
 
@@ -249,7 +249,7 @@ def pulses(work: Work) -> list[Record]:
     slow = work[RAMP][0]
     longest = LONG * float(slow.t[int(np.argmax(slow.u))])
     law = Pulses(efforts, hold, way_of(work), longest)
-    record = driven(work.stand, law, len(efforts) * (longest + 2.0 * PATIENCE), _wide(work))
+    record = drive(work.stand, law, len(efforts) * (longest + 2.0 * PATIENCE), _wide(work))
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
 
 
@@ -266,7 +266,7 @@ def curves_intent(work: Work) -> str:
 def curves(work: Work) -> list[Record]:
     stand, o = work.stand, work.options
     law = Turns(TURNS, way_of(work), o.effort, o.effort / RISE, stand.dt)
-    record = driven(stand, law, 2.0 * (len(TURNS) + 1) * RISE, _wide(work))
+    record = drive(stand, law, 2.0 * (len(TURNS) + 1) * RISE, _wide(work))
     way = float(record.x.max()) - law.start
-    cooled(stand, least_motion(work), work, law.start, way)
+    cool(stand, least_motion(work), work, law.start, way)
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1] - law.start)]

@@ -104,11 +104,11 @@ class Free(NamedTuple):
         return [Begin(one, one) for one in left.tolist()]
 
 
-def fitted(records: Sequence[Record], dt: float, way: float, noise: float) -> Wire:
+def fit_wire(records: Sequence[Record], dt: float, way: float, noise: float) -> Wire:
     """Parameters whose free simulations are nearest to the records."""
     # Residual heat from the previous drive is fitted too. Searches start at several time constants,
     # since a slow wire taken for a quick one explains the ramp as well.
-    thin = [thinned(one, dt) for one in records]
+    thin = [average_blocks(one, dt) for one in records]
     many = np.array([len(one.t) for one in thin])
     step, cold = np.array([one.t[1] - one.t[0] for one in thin]), np.zeros(len(thin))
     force, y = (np.concatenate([one[k] for one in thin]) for k in (1, 2))
@@ -151,9 +151,9 @@ def _up_slope(p: Heat) -> Array:
 
 
 def guesses(ramp: Record, pulses: Record, way: float) -> list[list[float]]:
-    about, made = begun(ramp, pulses, way), []
+    about, made = first_guess(ramp, pulses, way), []
     for part in _TAUS:
-        one = about if part == 1.0 else begun(ramp, pulses, way, part * about.tau)
+        one = about if part == 1.0 else first_guess(ramp, pulses, way, part * about.tau)
         for share, slow in product(_SHARES, _SLOWER):
             made.append(
                 [
@@ -164,7 +164,7 @@ def guesses(ramp: Record, pulses: Record, way: float) -> list[list[float]]:
     return made
 
 
-def begun(ramp: Record, pulses: Record, way: float, tau: float | None = None) -> Heat:
+def first_guess(ramp: Record, pulses: Record, way: float, tau: float | None = None) -> Heat:
     """A starting point from delays and durations, without slow surroundings."""
     top = int(np.argmax(ramp.u))
     rate = float(ramp.u[top] / ramp.t[top])
@@ -241,7 +241,7 @@ class Curves(NamedTuple):
     every: list[Curve]  # in their order; the last one goes down only
 
 
-def warmed(p: Heat, record: Record) -> Array:
+def heat_along(p: Heat, record: Record) -> Array:
     """Heat along a record that begins cold."""
     dt = float(record.t[1] - record.t[0])
     gone = np.diff(record.x, prepend=record.x[0]) / p.way
@@ -256,8 +256,8 @@ def warmed(p: Heat, record: Record) -> Array:
 
 
 def curves(record: Record, p: Heat, dt: float) -> Curves:
-    thin = thinned(record, dt)
-    h = warmed(p, thin)
+    thin = average_blocks(record, dt)
+    h = heat_along(p, thin)
     rising = np.diff(thin.u) > 0.0
     turns = [0, *(np.flatnonzero(rising[1:] != rising[:-1]) + 1).tolist(), len(thin.t) - 1]
     tops, lows = turns[1::2], turns[2::2]
@@ -424,7 +424,7 @@ def free_run(p: Heat, begin: Begin, efforts: Array, dt: float, out: Array) -> No
         out[k] = 0.5 * p.way * (before + z)
 
 
-def simulated(p: Heat, record: Record, begin: Begin = COLD) -> Array:
+def simulate(p: Heat, record: Record, begin: Begin = COLD) -> Array:
     out = np.empty_like(record.x)
     plain = Heat(*(float(v) for v in p))
     warm = Begin(*(float(v) for v in begin))
@@ -432,7 +432,7 @@ def simulated(p: Heat, record: Record, begin: Begin = COLD) -> Array:
     return out
 
 
-def thinned(record: Record, dt: float) -> Record:
+def average_blocks(record: Record, dt: float) -> Record:
     """Means over equal blocks, few enough."""
     every = max(len(record.t) // _ROWS, 1)
     n = len(record.t) // every * every

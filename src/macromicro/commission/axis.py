@@ -47,7 +47,7 @@ def _weight_intent(work: Work) -> str:
 
 def _weight(work: Work) -> Weight:
     o = work.options
-    return _gravity.held(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
+    return _gravity.find_weight(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
 
 
 def _direction_intent(work: Work) -> str:
@@ -97,7 +97,7 @@ def _friction_intent(work: Work) -> str:
 
 def _friction(work: Work) -> FrictionMap:
     caution = work.options.caution(work.options.creep)
-    return _probing.mapped(work.stand, direction_of(work), ends_of(work), caution)
+    return _probing.map_friction(work.stand, direction_of(work), ends_of(work), caution)
 
 
 def _strokes_intent(work: Work) -> str:
@@ -153,13 +153,13 @@ def _ready(work: Work) -> None:
         work.stand.sign = direction_of(work).sign
 
 
-def fitted(work: Work) -> Model:
+def fit(work: Work) -> Model:
     found: FrictionMap = work[FRICTION]
-    made = _axis_fit.fitted(
+    made = _axis_fit.fit_axis(
         work[STROKES], work.stand.dt, found.mean, found.spread, found.slid, pull_of(work)
     )
     made = made._replace(hold=work.stand.sign * work.stand.hold)
-    return made.shaken(_mode.found(work[MODES], work.stand.dt))
+    return made.shaken(_mode.find_mode(work[MODES], work.stand.dt))
 
 
 def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
@@ -197,7 +197,7 @@ KIND = Kind(
     ),
     note=f"Forces are in volts of effort. {SIMULATED}",
     prepare=_ready,
-    model=fitted,
+    model=fit,
     settings=settings,
     head="One newton below is one volt at the D/A.",
     homing="The axis creeps to its low end",
@@ -206,8 +206,8 @@ KIND = Kind(
     estimates=_axis_page.estimates,
     doubts=_axis_page.doubts,
     figures=_axis_page.FIGURES,
-    rehearse=_axis_gains.rested,
-    tune=_axis_gains.searched,
+    rehearse=_axis_gains.settling_time,
+    tune=_axis_gains.search_gains,
     compare=_verifying.settling,
     margins=_axis_gains.robustness,
 )

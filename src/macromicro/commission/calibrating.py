@@ -49,7 +49,7 @@ def instrument(kind: Kind) -> Instrument:
     return INSTRUMENTS[(LENGTHS if kind.place == LENGTH else ANGLES)[0]]
 
 
-def calibrated(
+def calibrate(
     machine: AnyMachine,
     settings: Any,
     on: tuple[Shifted, ...],
@@ -69,6 +69,6 @@ def calibrated(
     return found
 
 
-def included(toml: str) -> str:
+def include_corrections(toml: str) -> str:
     """A machine's file with the corrections beside it."""
     return f'{INCLUDE} = "{files.CORRECTIONS}"\n\n{toml}'

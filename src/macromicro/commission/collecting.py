@@ -16,7 +16,7 @@ from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.commission._exciting import excite
 from macromicro.commission._probing import Direction, Ends
-from macromicro.commission.courses import Corner, course, played
+from macromicro.commission.courses import Corner, course, play
 from macromicro.commission.stand import Caution, CommissionError, Stand
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines import rig as machine_rig
@@ -140,7 +140,7 @@ def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
         for a, b in pairwise(corners)
     ]
     volts = np.concatenate(legs)
-    seen = _simulated(given, volts / gain)
+    seen = _simulate(given, volts / gain)
     every = max(round(1.0 / (PACE * dt)), 1)
     rows = np.array([seen.t, seen.effort * gain, seen.position * 1e6])[:, ::every]
     return Recording.from_arrays(_LOOPS, rows, every * dt, _about(given))
@@ -159,21 +159,21 @@ def curves(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording
         corners += [Corner(hot - share * (hot - cold), 0.0, rate), Corner(hot, 0.0, rate)]
     efforts = course([Corner(cold, 1.0, rate), *corners, Corner(0.0, 0.0, rate)], dt)
     if given.rig is None:
-        seen = _simulated(given, efforts)
+        seen = _simulate(given, efforts)
         rows = np.array([seen.t, seen.effort, seen.position])
     else:
         rig: Any = given.rig
         sensor = tree.encoder
         with Session(rig, dt) as session:
             caution = Caution(hot, tree.guard.speed, sensor.low, sensor.high, 0.0)
-            record = played(Stand(session, dt, sensor.pitch, ended), efforts, caution)
+            record = play(Stand(session, dt, sensor.pitch, ended), efforts, caution)
         rows = np.array([record.t, record.u, record.x])
     rows[2] *= 1e6
     every = max(math.ceil(rows.shape[1] / ROWS), 1)
     return Recording.from_arrays(_CURVES, rows[:, ::every], every * dt, _about(given))
 
 
-def _simulated(given: Given, efforts: Array) -> Driven:
+def _simulate(given: Given, efforts: Array) -> Driven:
     """The simulated stage in open loop, within the bounds of its guard."""
     tree, kind = given.tree, given.machine.kind
     sensor, dt = tree.encoder, float(tree.timing.period)
@@ -187,8 +187,8 @@ def _simulated(given: Given, efforts: Array) -> Driven:
 def _window(tree: Any, resistance: float) -> tuple[float, float]:
     """Steady efforts that extend and contract the loaded wire, with a margin, V."""
     full, way = tree.driver.full_scale, wire_sheets.way(tree)
-    extended = wire_sheets.shifted(tree, tree.bias.preload).cool_end
-    contracted = wire_sheets.shifted(tree, wire_sheets.pull(tree, way)).heat_end
+    extended = wire_sheets.shift_temperatures(tree, tree.bias.preload).cool_end
+    contracted = wire_sheets.shift_temperatures(tree, wire_sheets.pull(tree, way)).heat_end
     per_kelvin = full / (wire_sheets.power(tree) * resistance)
     low, high = (per_kelvin * (at - tree.air.ambient) for at in (extended, contracted))
     more = BEYOND * (high - low)

@@ -34,22 +34,22 @@ def decaying(middle: float, amplitude: float, swings: int) -> list[float]:
     return [middle + amplitude * _KEPT**k * (-1.0) ** k for k in range(swings)]
 
 
-def played(stand: Stand, efforts: Array, caution: Caution) -> Record:
+def play(stand: Stand, efforts: Array, caution: Caution) -> Record:
     values = efforts.tolist()
 
     def law(t: float, x: float, v: float) -> float | None:
         k = round(t / stand.dt)
         return values[k] if k < len(values) else None
 
-    return driven(stand, law, (len(values) + 1) * stand.dt, caution)
+    return drive(stand, law, (len(values) + 1) * stand.dt, caution)
 
 
 def quiet(stand: Stand, caution: Caution) -> Record:
     """What the stage shows without effort."""
-    return _sensed(stand.drive(lambda t, x, v: 0.0, QUIET, caution))
+    return _check_sensor(stand.drive(lambda t, x, v: 0.0, QUIET, caution))
 
 
-def _sensed(record: Record) -> Record:
+def _check_sensor(record: Record) -> Record:
     """A record of a sensor that gave values to its end."""
     if record.ended == SENSOR:
         raise CommissionError("the sensor gives no value. Check its cable and supply")
@@ -62,8 +62,8 @@ def noise(record: Record) -> float:
     return float(np.std(record.x - line(record.t)))
 
 
-def driven(stand: Stand, law: Law, seconds: float, caution: Caution) -> Record:
-    record = _sensed(stand.drive(law, seconds, caution))
+def drive(stand: Stand, law: Law, seconds: float, caution: Caution) -> Record:
+    record = _check_sensor(stand.drive(law, seconds, caution))
     if record.ended:
         effort = record.u[-2] if len(record.u) > 1 else record.u[-1]  # before it was switched off
         where = stand.place.told(float(record.x[-1]), digits=4)

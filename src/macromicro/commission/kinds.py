@@ -14,15 +14,15 @@ GROUP = "macromicro.commissions"
 FORM = "MODULE:KIND of your own"
 
 
-def named(name: str) -> Kind | None:
+def by_name(name: str) -> Kind | None:
     found = next((kind for kind in KINDS if kind.name == name), None)
-    installed = plugins.registered(GROUP).get(name)
+    installed = plugins.entry_points(GROUP).get(name)
     if found is None and installed is not None:
         return _of_others(installed, f"the machine {printable(name)}")
     return found
 
 
-def chosen(name: str, where: str) -> Kind:
+def choose(name: str, where: str) -> Kind:
     found = next((kind for kind in KINDS if kind.name == name), None)
     return _of_others(name, where) if found is None else found
 

@@ -34,7 +34,7 @@ def _least(values: Sequence[float]) -> float:
     return min((v for v in values if not math.isnan(v)), default=math.nan)
 
 
-def told(found: Robust, remedy: str) -> Robustness:
+def as_robustness(found: Robust, remedy: str) -> Robustness:
     of = (
         ("loop's crossover", found.found.crossover, found.least.crossover, "Hz"),
         ("phase margin", found.found.phase, found.least.phase, "deg"),

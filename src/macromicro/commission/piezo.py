@@ -11,10 +11,10 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.commission import _piezo_fit, margins
 from macromicro.commission import piezo_drives as drives
-from macromicro.commission._piezo_fit import Curve, Loops, Swing, apart, predicted
+from macromicro.commission._piezo_fit import Curve, Loops, Swing, apart, predict
 from macromicro.commission._piezo_fit import curves as reversal_curves
 from macromicro.commission._settings import texts
-from macromicro.commission.courses import Corner, course, decaying, played
+from macromicro.commission.courses import Corner, course, decaying, play
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.piezo_drives import (
     GAIN,
@@ -51,7 +51,7 @@ def _ready(work: Work) -> None:
     work.stand.facing = work[GAIN].sign
 
 
-def fitted(work: Work) -> Model:
+def fit(work: Work) -> Model:
     dt = work.stand.dt
     loops = _piezo_fit.fitted_loops(work[SWINGS], dt)
     reach, steps = work[REACH], work[STEPS]
@@ -109,7 +109,7 @@ def home(work: Work, found: Model) -> None:
     efforts += [*decaying(0.0, 0.9 * -reach.lowest, SWUNG), 0.0]
     caution = work.options.caution(work.options.speed).anywhere
     corners = [Corner(u, REST, rate) for u in efforts]
-    played(stand, course([*corners, Corner(0.0, 1.0, rate)], stand.dt), caution)
+    play(stand, course([*corners, Corner(0.0, 1.0, rate)], stand.dt), caution)
 
 
 _FAR_BELOW = 1e-3  # of the slower integral
@@ -144,7 +144,7 @@ def robust_loop(settings: Any, model: Model) -> Robust:
 
 
 def robustness(settings: Any, model: Model) -> Robustness:
-    return margins.told(robust_loop(settings, model), "a sensor with less noise")
+    return margins.as_robustness(robust_loop(settings, model), "a sensor with less noise")
 
 
 _POOR = 0.01  # of the stroke: plays and creep leave that much
@@ -218,7 +218,7 @@ def loop(swings: Sequence[Record], found: Loops, dt: float) -> Figure:
     """The slow swings, and the residual of plays and creep."""
     figure, axes = new(4.6, 2, len(swings))
     for k, swing in enumerate(swings):
-        u, x, left = predicted(found, swing, dt)
+        u, x, left = predict(found, swing, dt)
         line(axes[0, k], u, (x - x[0]) * 1e6, BLUE, "")
         line(axes[1, k], u, left * 1e9, BLACK, "")
         title = "decaying swing" if not k else "partial swings"
@@ -306,7 +306,7 @@ KIND = Kind(
     ),
     note=f"Efforts are volts at the D/A; the amplifier is part of the stage. {SIMULATED}",
     prepare=_ready,
-    model=fitted,
+    model=fit,
     settings=settings,
     head=(
         "The amplifier's gain is 1 below: one volt at the stack is one volt at the D/A. Its "

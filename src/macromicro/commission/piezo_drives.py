@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.commission import courses
-from macromicro.commission.courses import Corner, course, decaying, driven, played
+from macromicro.commission.courses import Corner, course, decaying, drive, play
 from macromicro.commission.procedure import Work
 from macromicro.commission.stand import CommissionError, Record
 
@@ -167,7 +167,7 @@ def gain(work: Work) -> Gain:
     gains = []
     for k in range(TRIES + 1):
         efforts = course([Corner(top, REST, rate), Corner(0.0, REST, rate)], stand.dt)
-        record = played(stand, efforts, caution)
+        record = play(stand, efforts, caution)
         at_top = record.u >= 0.999 * top
         n = max(int(at_top.sum()) // 2, 1)
         way = float(record.x[at_top][-n:].mean() - record.x[:n].mean())
@@ -200,7 +200,7 @@ def reach_intent(work: Work) -> str:
 def reach(work: Work) -> Reach:
     o, stand = work.options, work.stand
     law = Climb(work, work[GAIN].gain)
-    record = driven(stand, law, 30.0 * SLOW, o.caution(o.speed).anywhere)
+    record = drive(stand, law, 30.0 * SLOW, o.caution(o.speed).anywhere)
     rest = float(record.x[-1])
     (top, high, above), (bottom, low, below) = law.reached[1.0], law.reached[-1.0]
     return Reach(bottom, top, low - rest, high - rest, (below, above))
@@ -230,7 +230,7 @@ def swings(work: Work) -> list[Record]:
         if efforts is not dying:
             rests[-2] = rests[-5] = _HOLD
         corners = [Corner(u, rest, rate) for u, rest in zip(efforts, rests, strict=True)]
-        records.append(played(stand, course(corners, stand.dt), caution))
+        records.append(play(stand, course(corners, stand.dt), caution))
     return records
 
 
@@ -251,7 +251,7 @@ def steps(work: Work) -> list[Record]:
     base = span.lowest + 0.4 * span.extent
     law = Steps(base, [size * span.extent for size in SIZES], caution.speed, rate, dt)
     longest = 2.0 * SLOW + (2 * len(SIZES) + 2) * _LONG
-    record = driven(stand, law, longest, caution)
+    record = drive(stand, law, longest, caution)
     n = round(_LONG / dt)
     least = 0.5 * SIZES[0] * span.extent
     begins = np.flatnonzero(np.abs(np.diff(record.u)) > least).tolist()

@@ -60,12 +60,12 @@ def virtual(path: Path | None, kind: str = "", *, calibrate: bool = False) -> Pl
 
 def _of(path: Path, machine: str, kind: str) -> Kind:
     if kind:
-        found = kinds.chosen(kind, "--kind")
+        found = kinds.choose(kind, "--kind")
         if found.name != machine:
             told = f"{kind} is for the machine {printable(found.name)}"
             raise ProblemError("--kind", told, f"Give one for {machine}, the machine of --config.")
         return found
-    listed = kinds.named(machine)
+    listed = kinds.by_name(machine)
     if listed is None:
         where = f"--config {printable(path, 300)}, {machines.KEY}"
         accepted = f"one of {', '.join(kinds.NAMES)}; or with --kind {kinds.FORM}"
@@ -73,7 +73,7 @@ def _of(path: Path, machine: str, kind: str) -> Kind:
     return listed
 
 
-def own(
+def own_place(
     name: str,
     pitch: float,
     seed: int,
@@ -82,7 +82,7 @@ def own(
     *,
     calibrate: bool = False,
 ) -> Place:
-    found = kinds.chosen(kind, "--kind")
+    found = kinds.choose(kind, "--kind")
     if lowest is not None and not found.one_way:
         remedy = "Remove it, or choose another kind."
         raise ProblemError("--lowest", f"the efforts of --kind {kind} are symmetric", remedy)

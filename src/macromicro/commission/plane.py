@@ -24,7 +24,7 @@ from macromicro.machines.joint.settings import AXES, DEFAULT
 from macromicro.machines.machine import JOINT, KEY
 from macromicro.machines.on_rig import Rigs
 from macromicro.machines.planning import Schedule
-from macromicro.machines.results import JointMove, arrived
+from macromicro.machines.results import JointMove, count_arrived
 from macromicro.recording import Recording
 from macromicro.schema import config
 
@@ -45,7 +45,7 @@ class Both(NamedTuple):
     def met(self) -> bool:
         """Whether each axis was verified, and all moves of both arrived."""
         alone = all(one.verified.met for one in self.axes)
-        return alone and not self.fault and arrived(self.moves) == len(self.plan.legs)
+        return alone and not self.fault and count_arrived(self.moves) == len(self.plan.legs)
 
 
 def virtual(path: Path, seed: int, *, calibrate: bool = False) -> tuple[Rigs, tuple[Place, Place]]:
@@ -54,21 +54,23 @@ def virtual(path: Path, seed: int, *, calibrate: bool = False) -> tuple[Rigs, tu
     twin = ReferencedTwin if calibrate else rig.CompiledTwin
     twins = [twin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
     names = [f"axis {name} of the machine of {path.name}" for name in AXES]
-    return _placed(Rigs(twins), names, [own for _, _, own in stages], real=False)
+    return _as_places(Rigs(twins), names, [own for _, _, own in stages], real=False)
 
 
-def own(
+def own_places(
     path: Path, name: str, seed: int, *, calibrate: bool = False
 ) -> tuple[Rigs, tuple[Place, Place]]:
     """Two user's rigs; a machine's file gives pitches, drives and period."""
     machine, settings = compositions.load(path)
-    rigs = on_rig.found(name, machine, settings, seed, "commissioning both axes")
+    rigs = on_rig.find_rigs(name, machine, settings, seed, "commissioning both axes")
     assert rigs is not None
     if calibrate:
         for one in rigs:
             one.need("--calibrate", CHANNEL)
     names = [f"axis {axis} on {one.name}" for axis, one in zip(AXES, rigs, strict=True)]
-    pair, places = _placed(on_rig.opened(rigs, seed), names, machine.trees(settings), real=True)
+    pair, places = _as_places(
+        on_rig.open_rigs(rigs, seed), names, machine.trees(settings), real=True
+    )
     bounds = [math.inf if one.limits is None else one.limits.motor for one in rigs]
     first, second = (
         place._replace(effort=min(place.effort, most))
@@ -77,7 +79,7 @@ def own(
     return pair, (first, second)
 
 
-def _placed(
+def _as_places(
     pair: Rigs, names: Sequence[str], trees: Sequence[Any], *, real: bool
 ) -> tuple[Rigs, tuple[Place, Place]]:
     """Both rigs, each also as a place with the settings that a user would know."""
@@ -138,10 +140,10 @@ def commission(
             "m/s in the plane.",
         )
         with axes[0].work.stand.rig, axes[1].work.stand.rig:
-            on = _homed(places, both)
+            on = _at_zero(places, both)
             pair.together = True
             try:
-                verified = _verified(both, toml, settings, plan, on)
+                verified = _verify(both, toml, settings, plan, on)
                 done(VERIFY)
                 if calibrate is not None and verified.met:
                     calibration = calibrate(XY_MACHINE, settings, on)
@@ -166,7 +168,7 @@ def as_toml(axes: tuple[Commissioned, Commissioned]) -> str:
     return "\n".join([*head, "", *lines]) + "\n"
 
 
-def _homed(
+def _at_zero(
     places: tuple[Place, Place], axes: tuple[Commissioned, Commissioned]
 ) -> tuple[Shifted, ...]:
     """Both axes at their 0."""
@@ -177,7 +179,7 @@ def _homed(
     return tuple(Shifted(one.work.stand) for one in axes)
 
 
-def _verified(
+def _verify(
     axes: tuple[Commissioned, Commissioned],
     toml: str,
     settings: Any,

@@ -14,7 +14,7 @@ from macromicro.commission import _store, _verifying, procedure
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Commissioned, Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import PageFigure, filled, saved
+from macromicro.drawing.page import PageFigure, fill, save_figures
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.place import LENGTH
 from macromicro.place import Place as Unit
@@ -138,11 +138,11 @@ def write(
 ) -> None:
     """Write all files or none, beside those of the steps."""
     work, kind = found.work, place.kind
-    with folder.staged(out) as stage:
+    with folder.staging(out) as stage:
         write_text(stage / MACHINE, found.toml)
         write_text(stage / JSON, as_json(found, place))
         found.verified.recording.save(stage / RECORDING)
-        text = filled(
+        text = fill(
             TEMPLATE,
             name=place.name,
             started=started,
@@ -154,7 +154,7 @@ def write(
             doubts=doubts(found, place),
             headings=headings(kind.place),
             moves=move_rows(found),
-            pictures=saved(_figures(found, kind), stage, kinds),
+            pictures=save_figures(_figures(found, kind), stage, kinds),
             file=MACHINE,
             toml=found.toml,
         )

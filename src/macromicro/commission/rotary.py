@@ -42,7 +42,7 @@ def _weight(work: Work) -> Weight:
     o, stand = work.options, work.stand
     stand.sign, stand.hold, stand.pull = 1.0, 0.0, BALANCED
     free, lifted = o.caution(float("inf")), axis.LIFT * o.travel
-    found = _gravity.balanced(stand, free, o.creep, lifted, _window(work))
+    found = _gravity.balance(stand, free, o.creep, lifted, _window(work))
     if axis.DIRECTION in work.found:  # by a session before
         stand.sign = axis.direction_of(work).sign
     return found
@@ -61,7 +61,7 @@ def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
     load, low = eccentric.of(found.axis), axis.ends_of(work).low
     zero = low if ends is None else ends.low
     load = load._replace(hangs=load.hangs - (zero - low))
-    made = axis_settings.turned(axis.settings(work, found, ends), load)
+    made = axis_settings.as_rotary(axis.settings(work, found, ends), load)
     return axis_settings.endless(made) if work.options.endless else made
 
 

@@ -72,7 +72,7 @@ def commission(
     options = options.checked()
     _check_known(place)
     kind, asked = place.kind, place.asked(options)
-    before = {} if out is None else _store.read(out, kind, asked)
+    before = {} if out is None else _store.read_steps(out, kind, asked)
 
     def kept(step: Step, found: Any) -> None:
         if out is not None:
@@ -91,7 +91,7 @@ def commission(
         toml, tree, on, verified = stage.verified(rested, tuned, ask)
         if tuned.gains and not verified.met:
             # A stage may hum under gains of a search, though it arrived sooner by them before.
-            found = f"{results.arrived(verified.moves)} of {verified.asked}"
+            found = f"{results.count_arrived(verified.moves)} of {verified.asked}"
             doubt = f"With the gains of the search {found} moves of the verification arrived"
             doubt += f" ({verified.fault})" if verified.fault else ""
             doubt += "; it was repeated with the gains of the rules."
@@ -172,7 +172,7 @@ class _Modelled(NamedTuple):
             try:
                 tuned = kind.tune(tree, self.model, progress)
             except Exception as error:  # whatever a kind of the user's does
-                tuned = Tuned(doubts=(_failed("A search for better gains failed", error),))
+                tuned = Tuned(doubts=(_failure_note("A search for better gains failed", error),))
             done(TUNE)
         return rested, tuned
 
@@ -197,14 +197,14 @@ class _Modelled(NamedTuple):
             return found
 
         found = work.found.get(_verifying.STEP.name)
-        if found is None or found.gains != _verifying.listed(tuned):
+        if found is None or found.gains != _verifying.gain_columns(tuned):
             ask(
                 COMPARE,
                 f"{kind.homing} and makes {len(_verifying.COMPARED_SHARES)} moves within its "
                 "travel, with the gains of the rules and then with those of the search, "
                 f"{_most(kind, trees[0])}.",
             )
-            found = _verifying.compared(tried, tuned)
+            found = _verifying.compare(tried, tuned)
             kept(_verifying.STEP, found)
         return _verifying.faster(found, tuned)
 
@@ -238,10 +238,10 @@ def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
         return kind.margins(tree, model)
     except Exception as error:  # whatever a kind of the user's does
         return Robustness(
-            (), (_failed("The robustness of the gains could not be computed", error),)
+            (), (_failure_note("The robustness of the gains could not be computed", error),)
         )
 
 
-def _failed(what: str, error: Exception) -> str:
+def _failure_note(what: str, error: Exception) -> str:
     """Note of a failed computation."""
     return f"{what} ({f'{type(error).__name__}: {error}'[:200]})."

@@ -248,7 +248,7 @@ class Stand:
             x = self.position()
             recent = [*recent[-_ESTIMATE:], x]
             v = (recent[-1] - recent[0]) / (self.dt * max(len(recent) - 1, 1))
-            ended = _passed(x, v, caution)
+            ended = _exceeded_limit(x, v, caution)
             wanted = None if ended else law(k * self.dt, x, v)
             if not math.isnan(x):  # what held it last, where nobody knows where it is
                 hold = self.hold + self.pull.at(x)
@@ -304,7 +304,7 @@ class Stand:
         return not record.ended and len(record.t) * self.dt < longest
 
 
-def _passed(x: float, v: float, caution: Caution) -> str:
+def _exceeded_limit(x: float, v: float, caution: Caution) -> str:
     """The limit that is exceeded, or ""."""
     if math.isnan(x):
         return SENSOR

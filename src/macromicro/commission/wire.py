@@ -18,12 +18,12 @@ from macromicro.commission._wire_fit import (
     Curves,
     Heat,
     Wire,
+    average_blocks,
     branch,
     curves,
-    simulated,
+    simulate,
     spread,
     steepest,
-    thinned,
 )
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.procedure import SIMULATED, Drawn, Estimate, Kind, Robustness, Step, Work
@@ -55,11 +55,11 @@ def _ready(work: Work) -> None:
     work.stand.facing = work[WARMTH].sign
 
 
-def fitted(work: Work) -> Wire:
+def fit(work: Work) -> Wire:
     records = [*work[RAMP], *work[PULSES]]
     # A reading that stands still is uncertain by its steps all the same.
     noise = math.hypot(work[WARMTH].noise, work.stand.pitch / math.sqrt(12.0))
-    return _wire_fit.fitted(records, work.stand.dt, drives.way_of(work), noise)
+    return _wire_fit.fit_wire(records, work.stand.dt, drives.way_of(work), noise)
 
 
 def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
@@ -114,7 +114,7 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
 
 
 def home(work: Work, found: Wire) -> None:
-    drives.cooled(work.stand, drives.least_motion(work), work)
+    drives.cool(work.stand, drives.least_motion(work), work)
 
 
 _FAR_BELOW = 1e-3  # of the slowest pole but that at 0
@@ -127,7 +127,7 @@ def plant(p: Heat, settings: Any, frequency: Array) -> Complex:
     slope, behind = steepest(p), p.share / (1.0 - p.share)
     around = behind / (p.slow * s + 1.0 + behind)
     heat = (1.0 - p.share) / ((p.tau + p.latent * slope) * s + 1.0 - around)
-    given = loops.stepped(s, settings.timing) / (1.0 + settings.driver.lag * s)
+    given = loops.hold_and_delay(s, settings.timing) / (1.0 + settings.driver.lag * s)
     found: Complex = p.way * slope * heat * given
     return found
 
@@ -159,7 +159,7 @@ def robust_loop(settings: Any, found: Wire) -> Robust:
 
 
 def robustness(settings: Any, found: Wire) -> Robustness:
-    return margins.told(robust_loop(settings, found), "a sensor with less noise")
+    return margins.as_robustness(robust_loop(settings, found), "a sensor with less noise")
 
 
 _DRIFT = 0.15  # of the loop's width: ways down that lie apart by more are doubtful
@@ -222,9 +222,9 @@ def doubts(work: Work, model: Wire) -> list[str]:
 def records(every: Sequence[Record], found: Wire, dt: float) -> Figure:
     figure, axes = new(5.0, 2, len(every))
     for k, one in enumerate(every):
-        thin = thinned(one, dt)
+        thin = average_blocks(one, dt)
         line(axes[0, k], thin.t, thin.x * 1e3, BLUE, "measured")
-        free = simulated(found.heat, thin, found.begin[k])
+        free = simulate(found.heat, thin, found.begin[k])
         line(axes[0, k], thin.t, free * 1e3, RED, "model", linestyle="--")
         line(axes[1, k], thin.t, thin.u, RED, "")
         finish(axes[0, k], "pulses" if k else "slow ramp", "", "" if k else "[mm]", legend=not k)
@@ -302,7 +302,7 @@ KIND = Kind(
     ),
     note=f"Heat is in volts of steady effort. {SIMULATED}",
     prepare=_ready,
-    model=fitted,
+    model=fit,
     settings=settings,
     head=(
         "Diameter, resistance, current and temperatures below are those of an equivalent "

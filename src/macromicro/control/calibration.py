@@ -37,18 +37,18 @@ def position(p: Calibration, volts: float) -> float:
 
 
 @cache
-def shipped() -> Calibration:
+def default_calibration() -> Calibration:
     """The calibration of the default bench, made by ``macromicro.identify.hall``."""
-    return _parsed(
+    return _parse(
         resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
     )
 
 
-def read(text: str) -> Calibration:
+def parse(text: str) -> Calibration:
     """The table in the text of the file that `macromicro identify hall` writes."""
     remedy = "Use a hall_calibration.csv with lines hall_V,position_mm at equal steps."
     try:
-        table = _parsed(text)
+        table = _parse(text)
     except (ValueError, IndexError, ZeroDivisionError):
         raise ProblemError("Hall calibration", "it holds no table", remedy) from None
     if not (table.step > 0.0 and np.isfinite(table.position).all()):
@@ -56,7 +56,7 @@ def read(text: str) -> Calibration:
     return table
 
 
-def _parsed(text: str) -> Calibration:
+def _parse(text: str) -> Calibration:
     rows = [line for line in text.splitlines() if line and not line.startswith(("#", "hall"))]
     table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
     low, step = float(table[0, 0]), float(table[-1, 0] - table[0, 0]) / (len(table) - 1)

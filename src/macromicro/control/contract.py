@@ -14,7 +14,7 @@ from macromicro.conformance import (
     Checks,
     Finding,
     failures,
-    performed,
+    perform,
     require,
     runs,
 )
@@ -57,12 +57,12 @@ def check(law: StageLaw | Any, name: str = "the law") -> Iterator[Finding]:
     ['shape', 'gains', 'signature', 'memory']
     """
     try:
-        law = outside.checked(law, name, "law")
+        law = outside.check(law, name, "law")
     except InputError as error:
         yield Finding("shape", False, f"{error.where}: {error.value}", error.accepted)
         return
     yield Finding("shape", True, f"gains {', '.join(law.gains._fields)}; positions in {law.unit}")
-    yield from performed(_CHECKS, law, first=("signature", "memory"))
+    yield from perform(_CHECKS, law, first=("signature", "memory"))
 
 
 def broken(law: StageLaw | Any, name: str = "the law") -> list[str]:
@@ -94,7 +94,7 @@ def broken(law: StageLaw | Any, name: str = "the law") -> list[str]:
 
 def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = None) -> Run:
     """A simulated stage at these errors from a moving target."""
-    gains, one = _given(law), step or law.step
+    gains, one = _arguments(law), step or law.step
     far = _travel(law)
     first = Sample(0.0, -errors[0])
     memory, done = law.start(gains, first), []
@@ -102,14 +102,14 @@ def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = Non
         place = 0.1 * far * math.sin(k * dt)
         target = Target(place, 0.1 * far * math.cos(k * dt), -place, math.inf)
         answer = one(gains, memory, target, Sample(k * dt, place - error), dt)
-        memory, effort = _answered(law, answer)
+        memory, effort = _check_answer(law, answer)
         done.append((law.tell(memory), effort))
     return done
 
 
-def _given(law: StageLaw) -> Any:
+def _arguments(law: StageLaw) -> Any:
     """Arguments of the law's functions."""
-    return outside.given(law, law.gains())
+    return outside.arguments(law, law.gains())
 
 
 def _travel(law: StageLaw) -> float:
@@ -151,22 +151,22 @@ def _signature(law: StageLaw) -> str:
 
 
 def _memory(law: StageLaw) -> str:
-    _remembered(law, law.start(_given(law), Sample(0.0, 0.0)))
+    _check_memory(law, law.start(_arguments(law), Sample(0.0, 0.0)))
     _run(law, _course(law))
     return f"{law.memory.__name__}: {', '.join(law.memory._fields)}"
 
 
-def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
+def _check_answer(law: StageLaw, answer: Any) -> tuple[Any, float]:
     pair = isinstance(answer, tuple) and len(answer) == 2
     require(pair, f"step returns {printable(answer)}", "(memory, effort)")
     memory, effort = answer
     words = f"an effort of type {type(effort).__name__}"
     require(isinstance(effort, float), words, "a float, in V")
-    _remembered(law, memory)
+    _check_memory(law, memory)
     return memory, effort
 
 
-def _remembered(law: StageLaw, memory: Any) -> None:
+def _check_memory(law: StageLaw, memory: Any) -> None:
     """Raise unless this is a memory of the law, always of one type."""
     kind, memory = law.memory, law.tell(memory)
     words = f"a memory of type {type(memory).__name__}"
@@ -198,7 +198,7 @@ def _finite(law: StageLaw) -> str:
 
 
 def _direction(law: StageLaw) -> str:
-    gains, far = _given(law), 0.5 * _travel(law)
+    gains, far = _arguments(law), 0.5 * _travel(law)
     efforts, one_way = [], law.rest is not None  # a wire comes back by itself
     for error in (far, -far):
         sample = Sample(0.0, 0.0)
@@ -222,11 +222,11 @@ def _periods(law: StageLaw) -> str:
     return f"{', '.join(f'{1e3 * dt:g}' for dt in PERIODS)} ms"
 
 
-def _compiled(law: StageLaw) -> str:
+def _check_compiled(law: StageLaw) -> str:
     if not outside.compiles(law):
         return "no: plain Python, it runs interpreted; mark start and step with @kernel for speed"
     course, fast = _course(law), compiled(law.step)
-    first = _given(law), law.start(_given(law), Sample(0.0, 0.0))
+    first = _arguments(law), law.start(_arguments(law), Sample(0.0, 0.0))
     target, remedy = Target(0.0, 0.0, 0.0, math.inf), f"{NO_KERNEL}; or no @kernel"
     runs(lambda: fast(*first, target, Sample(0.0, 0.0), PERIOD), remedy)
     for (_, slow), (_, quick) in zip(_run(law, course), _run(law, course, step=fast), strict=True):
@@ -243,5 +243,5 @@ _CHECKS: Checks = (
     ("finite effort", _finite),
     ("direction", _direction),
     ("other periods", _periods),
-    ("compiled", _compiled),
+    ("compiled", _check_compiled),
 )

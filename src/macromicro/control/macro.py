@@ -54,7 +54,7 @@ class MacroLaw(NamedTuple):
 
     @property
     def compiles(self) -> bool:
-        return all(outside.compiles(outside.having(gains)) for gains in self.gains[SHIPPED:])
+        return all(outside.compiles(outside.law_of_gains(gains)) for gains in self.gains[SHIPPED:])
 
 
 def _starts(k: int) -> Callable[[float], Memory]:
@@ -111,7 +111,7 @@ def rest(error: float) -> Memory:
 @kernel
 def begun(p: MacroLaw) -> Memory:
     """The memories before a run, with their final types."""
-    return (*_started(0.0), *outside.begun(p.gains[SHIPPED:]))
+    return (*_started(0.0), *outside.begin(p.gains[SHIPPED:]))
 
 
 @kernel

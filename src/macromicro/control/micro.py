@@ -16,16 +16,16 @@ from macromicro.kernel import by_type
 PREFIX = "micro_law_"
 
 
-def prepared(gains: Any) -> tuple[Any, ...]:
+def prepare(gains: Any) -> tuple[Any, ...]:
     if not outside.of(gains):
         return ()
-    return (outside.given(outside.having(gains), gains),)
+    return (outside.arguments(outside.law_of_gains(gains), gains),)
 
 
-def begun(own: tuple[Any, ...]) -> Kept:
+def begin(own: tuple[Any, ...]) -> Kept:
     found = []
     for each in own:
-        law = outside.having(each)
+        law = outside.law_of_gains(each)
         if law.rest is not None:
             found.append(Held(0.0, law.start(each, Sample(0.0, float("nan")))))
         else:
@@ -35,7 +35,7 @@ def begun(own: tuple[Any, ...]) -> Kept:
 
 def _law(own: Any) -> StageLaw:
     """The type of a tuple of one for the compiler."""
-    return outside.named(own[0].instance_class)
+    return outside.law_of_type(own[0].instance_class)
 
 
 def _step(
@@ -105,7 +105,7 @@ def step(
     if not own:
         integral, effort = pi.step(p, integral, target.position - sample.position, dt)
         return integral, kept, effort
-    law = outside.having(own[0])
+    law = outside.law_of_gains(own[0])
     memory = kept[0].memory
     if kept[0].fresh == FRESH:
         memory = law.start(own[0], sample)
@@ -128,14 +128,14 @@ def rest(own: tuple[Any, ...], kept: Kept, sample: Sample, dt: float) -> Kept:
     """A period without a turn of the micro-stage."""
     if not own:
         return kept
-    law = outside.having(own[0])
+    law = outside.law_of_gains(own[0])
     if law.rest is None:
         return (Held(FRESH, kept[0].memory),)
     return (Held(0.0, law.rest(own[0], kept[0].memory, sample, dt)),)
 
 
 def columns(own: tuple[Any, ...]) -> tuple[Column, ...]:
-    found = [c for each in own for c in layout(outside.having(each).memory).columns]
+    found = [c for each in own for c in layout(outside.law_of_gains(each).memory).columns]
     return tuple(c._replace(name=f"{PREFIX}{c.name}", dtype="f8") for c in found)
 
 
@@ -160,7 +160,7 @@ def _note(out: Any, k: Any, own: Any, kept: Any, first: Any) -> Callable[..., An
 def note(out: Array, k: int, own: tuple[Any, ...], kept: Kept, first: int) -> None:
     """Write the recorded part of a law's memory into a block."""
     for each, held in zip(own, kept, strict=True):
-        law = outside.having(each)
+        law = outside.law_of_gains(each)
         (part,) = layout(law.memory).parts
         for row, scale, value in zip(*part, law.tell(held.memory), strict=True):
             if row >= 0:

@@ -60,15 +60,15 @@ def place(name: str) -> str | None:
     return SHIPPED.get(name) or FINE.get(name) or plugins.place(name, GROUP)
 
 
-def offered(fine: bool = False) -> tuple[str, ...]:
+def offered_laws(fine: bool = False) -> tuple[str, ...]:
     """Names of the laws offered by this package and by installed ones."""
-    return (*(FINE if fine else SHIPPED), *plugins.registered(GROUP))
+    return (*(FINE if fine else SHIPPED), *plugins.entry_points(GROUP))
 
 
 def find(name: str, where: str) -> StageLaw:
     """The law of a name, imported at the first call."""
     if name not in _laws:
-        law = checked(imported(name, where), name, where)
+        law = check(import_law(name, where), name, where)
         other = _by_gains.setdefault(law.gains, name)
         _by_gains.setdefault(law.params or law.gains, name)
         if other != name and _laws[other] != law:
@@ -76,11 +76,11 @@ def find(name: str, where: str) -> StageLaw:
             raise ProblemError(where, problem, "Give each law a type of gains of its own.")
         _laws[name] = law
         if compiles(law) and joining.foreign(law.step):
-            joining.admitted(name, law.start, law.step)
+            joining.admit(name, law.start, law.step)
     return _laws[name]
 
 
-def suited(name: str, stage: str, where: str) -> StageLaw:
+def suitable_law(name: str, stage: str, where: str) -> StageLaw:
     law = find(name, where)
     if law.model_of not in ("", stage):
         other = f"the {law.model_of}-stage of the machine two_stage"
@@ -89,7 +89,7 @@ def suited(name: str, stage: str, where: str) -> StageLaw:
     return law
 
 
-def imported(name: str, where: str) -> Any:
+def import_law(name: str, where: str) -> Any:
     """The object under a law's name in a user's module."""
     there = place(name)
     assert there is not None  # as `is_name` says
@@ -100,7 +100,7 @@ def _suits(made: Any) -> bool:
     return isinstance(made, StageLaw) or all(hasattr(made, part) for part in _NEEDED)
 
 
-def checked(made: Any, name: str, where: str) -> StageLaw:
+def check(made: Any, name: str, where: str) -> StageLaw:
     """That object, checked."""
     if isinstance(made, StageLaw):
         law = made
@@ -157,26 +157,26 @@ def of(gains: Any) -> str:
     return _by_gains.get(type(gains), "")
 
 
-def having(gains: Any) -> StageLaw:
-    return named(type(gains))
+def law_of_gains(gains: Any) -> StageLaw:
+    return law_of_type(type(gains))
 
 
-def given(law: StageLaw, gains: Any) -> Any:
+def arguments(law: StageLaw, gains: Any) -> Any:
     """Arguments of a law's functions."""
     return gains if law.prepare is None else law.prepare(gains)
 
 
-def named(gains: type) -> StageLaw:
+def law_of_type(gains: type) -> StageLaw:
     """The law of a type of gains, or of their `prepare`d form."""
     return _laws[_by_gains[gains]]
 
 
-def found() -> tuple[Any, ...]:
+def found_types() -> tuple[Any, ...]:
     """Types of gains of all laws found so far."""
     return tuple(_by_gains)
 
 
-def _begun(gains: Any) -> Callable[..., Any]:
+def _begin_of(gains: Any) -> Callable[..., Any]:
     if len(gains) == 0:
         return lambda gains: ()
     kind = _laws[_by_gains[gains[0].instance_class]].memory
@@ -184,10 +184,10 @@ def _begun(gains: Any) -> Callable[..., Any]:
     return lambda gains: (Held(FRESH, kind(*zeros)),)
 
 
-@by_type(_begun)
-def begun(gains: tuple[Any, ...]) -> Kept:
+@by_type(_begin_of)
+def begin(gains: tuple[Any, ...]) -> Kept:
     """The memory before a law's first period, with its final type."""
-    kinds = [having(each).memory for each in gains]
+    kinds = [law_of_gains(each).memory for each in gains]
     return tuple(Held(FRESH, kind(*[0.0] * len(kind._fields))) for kind in kinds)
 
 
@@ -238,7 +238,7 @@ def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[
 def step(
     gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
 ) -> tuple[Kept, float]:
-    law = having(gains[0])
+    law = law_of_gains(gains[0])
     if not kept or kept[0].fresh == FRESH:
         memory = law.start(gains[0], sample)
     elif kept[0].fresh == RESTED:
@@ -251,7 +251,7 @@ def step(
 
 def columns(gains: tuple[Any, ...]) -> tuple[Column, ...]:
     """Columns of a law's memory: the fields annotated with a `Quantity`."""
-    found = [c for each in gains for c in layout(having(each).memory).columns]
+    found = [c for each in gains for c in layout(law_of_gains(each).memory).columns]
     return tuple(c._replace(name=f"{PREFIX}{c.name}", dtype="f8") for c in found)
 
 

@@ -92,9 +92,14 @@ class Control(NamedTuple):
             chosen: dict[str, Any] = {key: name}
             return self._replace(**chosen)
         if not outside.is_name(name):
-            every = (*macro.NAMES, *MICRO_LAWS, *outside.offered(), *outside.offered(fine=True))
+            every = (
+                *macro.NAMES,
+                *MICRO_LAWS,
+                *outside.offered_laws(),
+                *outside.offered_laws(fine=True),
+            )
             raise InputError(where, printable(name), f"{nearest(name, every)}; or {outside.FORM}")
-        law = outside.suited(name, key.partition("_")[0], where)
+        law = outside.suitable_law(name, key.partition("_")[0], where)
         new: dict[str, Any] = {key: name, gains: law.gains()}
         return self._replace(**new)
 
@@ -140,7 +145,7 @@ def prepare(
         one = PiAntiWindup(*getattr(spec, spec.micro_law.replace("-", "_")))
     else:  # the PI's place has the limits of a law by the contract
         outside.find(spec.micro_law, "micro_law")
-        fine, one = micro.prepared(spec.fine), PiAntiWindup(0.0, 0.0, 0.0, 0.0, spec.ctrl_limit)
+        fine, one = micro.prepare(spec.fine), PiAntiWindup(0.0, 0.0, 0.0, 0.0, spec.ctrl_limit)
     return Supervisor(
         MacroLaw(
             law,
@@ -151,7 +156,7 @@ def prepare(
         ),
         one,
         spec.sequence,
-        calibration.shipped() if table is None else table,
+        calibration.default_calibration() if table is None else table,
         1.0 if fan else 0.0,
         fine,
     )

@@ -20,7 +20,7 @@ _ROUNDING = 1e-6  # of a double pole at 1
 _HALVINGS, _QUARTERS, _FINE = 30, 60, 2e-3
 
 
-def blamed(
+def find_unstable_gain(
     gains: Any, usual: Mapping[str, float], stable: Callable[[Any], bool]
 ) -> tuple[str, float] | None:
     """The gain that makes a loop unstable."""
@@ -89,17 +89,17 @@ def refusal(
     path: str, gains: Any, usual: Mapping[str, float], stable: Callable[[Any], bool]
 ) -> tuple[str, float, str]:
     """The setting, value and accepted range of the gain that makes a loop unstable."""
-    found = blamed(gains, usual, stable)
+    found = find_unstable_gain(gains, usual, stable)
     if found is None:
         name = max(usual, key=lambda each: _away(getattr(gains, each), usual[each]))
         value = getattr(gains, name)
         return f"{path}.{name}", value, f"gains of a stable loop, such as {usual[name]:g}"
     name, bound = found
     value = getattr(gains, name)
-    return f"{path}.{name}", value, words(value, bound, _spoken(gains, name, bound))
+    return f"{path}.{name}", value, words(value, bound, _describe_gain(gains, name, bound))
 
 
-def _spoken(gains: Any, name: str, bound: float) -> str:
+def _describe_gain(gains: Any, name: str, bound: float) -> str:
     par = next(e.par for e in entries(gains) if e.path == name)
     return str(par.spoken(bound))
 

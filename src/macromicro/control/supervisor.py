@@ -42,7 +42,7 @@ class Supervisor(NamedTuple):
 
     @property
     def compiles(self) -> bool:
-        fine = all(outside.compiles(outside.having(gains)) for gains in self.fine)
+        fine = all(outside.compiles(outside.law_of_gains(gains)) for gains in self.fine)
         return self.macro.compiles and fine
 
 
@@ -82,7 +82,7 @@ class Progress(NamedTuple):
 def begin(position: float, control: Supervisor | None = None) -> Progress:
     """The supervisor before the first move (`position` in counts)."""
     memory = macro.rest(0.0) if control is None else macro.begun(control.macro)
-    fine = () if control is None else micro.begun(control.fine)
+    fine = () if control is None else micro.begin(control.fine)
     return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, memory, 0.0, fine)
 
 

@@ -20,7 +20,7 @@ def positive(where: str, value: Any, unit: str = "") -> float:
     """A number from 1e-15 to 1e15; numpy numbers count, booleans do not."""
     known = isinstance(value, Real) and not isinstance(value, bool)
     if not known or not LEAST <= value <= MOST:
-        raise InputError(where, value, _accepted(unit))
+        raise InputError(where, value, _accepted_text(unit))
     return float(value)
 
 
@@ -31,5 +31,5 @@ def sheet(where: str, value: Any, kind: type) -> None:
         raise InputError(where, value, f"{kind.__name__}({fields})")
 
 
-def _accepted(unit: str) -> str:
+def _accepted_text(unit: str) -> str:
     return f"a number above 0{f' {unit}' if unit else ''} ({LEAST:g} to {MOST:g})"

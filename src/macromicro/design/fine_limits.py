@@ -48,12 +48,12 @@ def _held(p: Plant, s: State, goal: float, periods: int, dt: float) -> State:
     return s
 
 
-def copied(state: Any) -> Any:
+def copy_state(state: Any) -> Any:
     """A deep copy of the state, with its relays' memory."""
     if isinstance(state, np.ndarray):
         return state.copy()
     if hasattr(state, "_fields"):
-        return type(state)(*[copied(each) for each in state])
+        return type(state)(*[copy_state(each) for each in state])
     return state
 
 
@@ -61,7 +61,7 @@ def quickest(plant: Plant, state: State, goal: float, near: float = NEAR) -> flo
     x = state.micro.wire.x
     ctrl = plant.amplifier.full_scale if goal > x else 0.0
     low, high = (goal - near, 1.0) if goal > x else (-1.0, goal + near)
-    taken = compiled(_until)(plant, copied(state), ctrl, low, high, PERIOD)
+    taken = compiled(_until)(plant, copy_state(state), ctrl, low, high, PERIOD)
     if taken < 0:
         raise InputError(
             "place", f"{1e3 * goal:.3g} mm", "a place that the stage reaches within a minute"

@@ -52,7 +52,7 @@ def profiles(
 ) -> list[ProfileResult]:
     """One result for each profile that was begun; `macro_band` in counts."""
     ran = len(recording) * recording.dt
-    spans = _timed(recording, programme) if programme.mixed else programme.profiles
+    spans = _spans(recording, programme) if programme.mixed else programme.profiles
     return [
         _one(recording, k, span, pitch * 1e3, macro_band)
         for k, span in enumerate(spans)
@@ -60,7 +60,7 @@ def profiles(
     ]
 
 
-def _timed(recording: Recording, programme: Programme) -> Iterator[Span]:
+def _spans(recording: Recording, programme: Programme) -> Iterator[Span]:
     move, dt = recording["move"], recording.dt
     for span in programme.profiles:
         first, behind = (int(row) for row in np.searchsorted(move, (span.first, span.behind)))

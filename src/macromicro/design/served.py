@@ -34,7 +34,7 @@ def is_live(recording: Recording) -> bool:
     return "mode" in recording and "motion" in recording and "move" not in recording
 
 
-def served(recording: Recording) -> Served:
+def served_moves(recording: Recording) -> Served:
     """Moves to a place, in order; a move of both stages counts as one of each.
 
     Homing and jogs, whose set point travels, do not count.
@@ -109,7 +109,7 @@ def ran(recording: Recording) -> tuple[NDArray[np.bool_], Programme]:
 def timetable(recording: Recording) -> Programme:
     """The moves that were begun, each at its own time from the first row on, to the last."""
     if is_live(recording):
-        what = served(recording).programme
+        what = served_moves(recording).programme
     else:
         begun, what = ran(recording)
         what = what._replace(

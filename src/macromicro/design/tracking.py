@@ -42,7 +42,7 @@ class Course(NamedTuple):
     reading: Array  # in the stage's unit
 
 
-def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
+def followed_stages(recording: Recording, programme: Programme) -> tuple[int, ...]:
     """The stages whose targets change fast enough for a trajectory."""
     if not len(recording) or programme.mixed:
         return ()
@@ -77,7 +77,7 @@ def course(
 
 def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH) -> list[Tracking]:
     results = []
-    for stage in followed(recording, programme):
+    for stage in followed_stages(recording, programme):
         seen = course(recording, programme, stage, pitch)
         if seen is None:
             continue

@@ -24,7 +24,7 @@ class _Template(Formatter):
             raise KeyError(f"no placeholder for: {', '.join(sorted(unused))}")
 
 
-def worded(template: str, /, **values: object) -> str:
+def fill_words(template: str, /, **values: object) -> str:
     """A text with its values; KeyError for missing and for unused ones."""
     return _Template().format(template, **values)
 
@@ -36,7 +36,7 @@ class Caption(NamedTuple):
 
     def page(self, name: str, figure: Figure, /, **values: object) -> PageFigure:
         """The figure for a page, in a file of a name."""
-        return PageFigure(name, self.title, worded(self.caption, **values), figure)
+        return PageFigure(name, self.title, fill_words(self.caption, **values), figure)
 
 
 def captions(path: Path) -> dict[str, Caption]:

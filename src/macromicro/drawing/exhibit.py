@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
-from macromicro.drawing.files import DEFAULT, PNG, SVG, encoded
+from macromicro.drawing.files import DEFAULT, PNG, SVG, encode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,13 +56,13 @@ def label(number: str) -> str:
     return f"{'Equation' if number.startswith('(') else 'Figure'} {number}"
 
 
-def rendered(number: str, drawn: Drawn, kinds: Iterable[str] = DEFAULT) -> Exhibit:
+def render(number: str, drawn: Drawn, kinds: Iterable[str] = DEFAULT) -> Exhibit:
     body = drawn.body
     head = (number, drawn.title, drawn.caption, drawn.claims)
     if isinstance(body, Grid):
         return Exhibit(*head, TABLE, body)
     if isinstance(body, str):
         return Exhibit(*head, SVG, body)
-    shown = encoded(body)
-    files = {kind: shown if kind == PNG else encoded(body, kind) for kind in kinds}
+    shown = encode(body)
+    files = {kind: shown if kind == PNG else encode(body, kind) for kind in kinds}
     return Exhibit(*head, PNG, shown, files)

@@ -29,7 +29,7 @@ _NOTES: dict[str, dict[str, str | None]] = {
 }
 
 
-def encoded(figure: Figure, kind: str = PNG) -> bytes:
+def encode(figure: Figure, kind: str = PNG) -> bytes:
     import matplotlib
 
     buffer = io.BytesIO()
@@ -40,9 +40,9 @@ def encoded(figure: Figure, kind: str = PNG) -> bytes:
 
 
 def save(figure: Figure, folder: Path, name: str, kinds: Iterable[str] = DEFAULT) -> bytes:
-    shown = encoded(figure)
+    shown = encode(figure)
     for kind in kinds:
-        data = shown if kind == PNG else encoded(figure, kind)
+        data = shown if kind == PNG else encode(figure, kind)
         (folder / f"{name}.{kind}").write_bytes(data)
     return shown
 

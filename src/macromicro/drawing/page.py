@@ -40,7 +40,7 @@ def uri(png: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(png).decode()}"
 
 
-def saved(
+def save_figures(
     figures: Iterable[PageFigure], folder: Path, kinds: Sequence[str] = DEFAULT
 ) -> list[Picture]:
     """Write figures in all `kinds` to a folder; the pictures for its page. Of no kind: none."""
@@ -51,7 +51,7 @@ def saved(
     ]
 
 
-def filled(template: Path, **values: Any) -> str:
+def fill(template: Path, **values: Any) -> str:
     """A template with its values, all escaped; a missing name is an error.
 
     `style`, the shared style sheet, and `version`, that of the package, are always defined.

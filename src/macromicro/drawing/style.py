@@ -53,7 +53,7 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
     return figure, axes
 
 
-def thinned(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
+def thin_out(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
     """At most two points per bin, its least and greatest value, so that peaks are kept.
 
     Bins of NaN stay NaN and interrupt the line.
@@ -67,7 +67,7 @@ def thinned(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
 
 
 def line(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) -> None:
-    ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
+    ax.plot(*thin_out(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
 
 
 def dots(

@@ -124,7 +124,7 @@ class Expressions(Reading):
             return self.read(node.body if test.value else node.orelse)
         with self.perhaps():
             one, other = self.read(node.body), self.read(node.orelse)
-        kind = kinds.joined(one.kind, other.kind)
+        kind = kinds.join(one.kind, other.kind)
         if isinstance(kind, Several) and one.items is not None and other.items is not None:
             pairs = zip(one.items, other.items, kind.types, strict=True)
             items = tuple(self._either(node, test, a, b, part) for a, b, part in pairs)
@@ -226,7 +226,7 @@ class Expressions(Reading):
 
     def _made(self, node: ast.Call, made: Any) -> Expr:
         found = self._matched(node, made)
-        kind = Struct(made, kinds.widened(made, [each.kind for each in found.values()]))
+        kind = Struct(made, kinds.widen(made, [each.kind for each in found.values()]))
         parts = [
             (name, self.given(each, part, node)[0])
             for (name, each), part in zip(found.items(), kind.types, strict=True)

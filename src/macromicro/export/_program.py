@@ -21,7 +21,7 @@ from macromicro.export._text import (
     plain,
     remark,
     snake,
-    wrapped,
+    wrap,
 )
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
 from macromicro.kernel import choice
@@ -173,7 +173,7 @@ class Program:
         name: str = "",
     ) -> Routine:
         """A kernel for arguments of given types, with everything that it calls."""
-        types = kinds.widened(function, types)
+        types = kinds.widen(function, types)
         named, choose = function, choice(function)
         if choose is not None:
             chosen: Callable[..., Any] | None = choose(*types)
@@ -222,7 +222,7 @@ class Program:
         used = identifiers(made.lines)
         idle = [f"    (void){text};" for _, _, text in made.heads() if text not in used]
         head = f"{'static ' if static else ''}{self.signature(made)}"
-        return wrapped([*made.source.head, head, "{", *idle, *made.lines, "}"])
+        return wrap([*made.source.head, head, "{", *idle, *made.lines, "}"])
 
     def struct_lines(self, used: set[str]) -> list[str]:
         """The structs of these names and those in them, each before its users."""
@@ -232,7 +232,7 @@ class Program:
             if name in seen:
                 found.append(["", *self._struct(kind, name)])
                 seen |= identifiers(found[-1])
-        return wrapped([line for each in reversed(found) for line in each])
+        return wrap([line for each in reversed(found) for line in each])
 
     def _struct(self, kind: Any, name: str) -> list[str]:
         if isinstance(kind, Routine):

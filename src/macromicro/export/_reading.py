@@ -245,7 +245,7 @@ class Reading:
             if found.kind != kind:
                 self.refuse(node, f"{found.kind}", f"a {kind} with fields of the same types")
             return found.text, Level.LITERAL
-        if kinds.joined(found.kind, kind) != kind:
+        if kinds.join(found.kind, kind) != kind:
             self.refuse(node, f"{ast.unparse(node)}, {found.kind}", f"a value of type {kind}")
         return found.text, found.level
 

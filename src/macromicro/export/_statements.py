@@ -264,7 +264,7 @@ class Routine(Expressions):
         pad = INDENT * depth
         kind = self.kinds.get(name, found.kind)
         if name not in self.parameters:
-            kind = kinds.joined(kind, found.kind)
+            kind = kinds.join(kind, found.kind)
         if kind is None:
             self.refuse(
                 node, f"{name}, {self.kinds[name]} and {found.kind}", "one type for each variable"
@@ -311,13 +311,13 @@ class Routine(Expressions):
         if node.value is None:
             return [f"{pad}return;"]
         found = self.read(node.value)
-        kind = found.kind if self._result is None else kinds.joined(self._result, found.kind)
+        kind = found.kind if self._result is None else kinds.join(self._result, found.kind)
         if kind is None:
             self.refuse(node, f"{found.kind} beside {self._result}", "results of one type")
         self._result = kind
         if isinstance(kind, Several) and isinstance(node.value, ast.Tuple) and not self.returned:
             self.returned = [n.id if isinstance(n, ast.Name) else "" for n in node.value.elts]
-        target = kind if self.result is None else kinds.joined(kind, self.result) or kind
+        target = kind if self.result is None else kinds.join(kind, self.result) or kind
         if isinstance(kind, Several) and found.items is None and found.layout is not self:
             found = found._replace(items=self.items(found, "found"))
         text, _ = self.given(found, target, node, self)

@@ -63,7 +63,7 @@ def identifiers(lines: list[str]) -> set[str]:
     return set(re.findall(r"\w+", "\n".join(code)))
 
 
-def wrapped(lines: list[str]) -> list[str]:
+def wrap(lines: list[str]) -> list[str]:
     """Code no wider than `LONGEST`, broken behind commas and operators.
 
     Comments to the end of a line stay whole.
@@ -112,7 +112,7 @@ def template(name: str) -> str:
     return resources.files("macromicro.export").joinpath("templates", name).read_text("utf-8")
 
 
-def filled(file: str, /, **places: str) -> str:
+def fill(file: str, /, **places: str) -> str:
     """A template; places that hold nothing leave no line."""
     text = template(file)
     for place in [each for each, value in places.items() if not value]:

@@ -85,7 +85,7 @@ def _stage_sequence(machine: Any, settings: Any) -> Unit:
 def _stage_lines(machine: Any, settings: Any) -> Unit:
     """The guard's check of switches and drive, called before the guard."""
     quiet = Lines(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 20.0)
-    wired, held, watch = lines.wired(settings), lines.Held(), guarding.fresh()
+    wired, held, watch = lines.wiring(settings), lines.Held(), guarding.fresh()
     entries = (
         Entry("step", lines.step, (wired, held, watch, quiet, _AT, 0.0)),
         Entry("bounded", lines.bounded, (settings.guard, wired, held)),
@@ -167,7 +167,7 @@ def _named_law(name: str, settings: Any) -> Unit:
 def _micro(settings: Any) -> Unit:
     spec, name = settings.controller, f"{TWO_STAGE}.micro"
     if outside.of(spec.fine) == spec.micro_law:
-        return law_of(name, outside.having(spec.fine), spec.fine, PERIOD)
+        return law_of(name, outside.law_of_gains(spec.fine), spec.fine, PERIOD)
     gains = getattr(spec, spec.micro_law.replace("-", "_"))
     entry = Entry("step", pi.step, (gains, 0.0, 0.0, 0.0))
     words = f"law {spec.micro_law} of the micro-stage"

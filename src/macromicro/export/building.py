@@ -65,7 +65,7 @@ def libraries(
             library = f"{name}{each.suffix}"
             options = [*FLAGS, *visible, *each.flags, *sources, "-o", library, "-lm"]
             parts = [
-                _built(Path(folder), [*command, *options], library)
+                _build(Path(folder), [*command, *options], library)
                 for command in ([["cc"]] if not wanted and _own_compiler() else _zig(each))
             ]
             made[f"{each.folder}/{library}"] = parts[0] if len(parts) == 1 else _universal(parts)
@@ -105,7 +105,7 @@ def _zig(system: System) -> list[list[str]]:
     return [[*start, target] for target in system.targets]
 
 
-def _built(folder: Path, command: Sequence[str], library: str) -> bytes:
+def _build(folder: Path, command: Sequence[str], library: str) -> bytes:
     done = subprocess.run(
         command, cwd=folder, capture_output=True, encoding="utf-8", errors="replace", check=False
     )

@@ -29,7 +29,7 @@ def every(config: Path | None = None) -> Made:
     if config is not None:
         if compositions.is_two_stage(config):
             return two_stage(load_overrides(config, Settings()))
-        whole = compositions.chosen(config).name
+        whole = compositions.of_file(config).name
         for name, machine, settings in compositions.each(config):
             own = machine._replace(name=f"{whole}.{name}") if name else machine
             found |= of_machine(own, settings)
@@ -45,14 +45,14 @@ def unit(what: str, config: Path | None = None) -> Unit:
     if what in units:
         return units[what]()
     if outside.is_name(what):
-        return _own(what)
+        return _own_unit(what)
     near = difflib.get_close_matches(what, units, 1)
     names = ", ".join(units)
     accepted = f"{near[0]!r}? One of {names}" if near else f"one of {names}"
     raise InputError("WHAT", printable(what), f"{accepted}; or MODULE:LAW, a law of your own")
 
 
-def _own(what: str) -> Unit:
+def _own_unit(what: str) -> Unit:
     place = outside.place(what)
     assert place is not None  # as `is_name` says
     made = plugins.load(place, "WHAT", "a law or a kernel", lambda it: is_kernel(it) or _law(it))

@@ -12,7 +12,7 @@ from macromicro import __version__
 from macromicro.export import kinds
 from macromicro.export._program import Program
 from macromicro.export._statements import Routine
-from macromicro.export._text import filled, helpers, identifiers, legal, plain, wrapped
+from macromicro.export._text import fill, helpers, identifiers, legal, plain, wrap
 from macromicro.export.kinds import REAL, Kind, Rows, Several, Struct, empty
 from macromicro.export.units import Unit
 
@@ -42,7 +42,7 @@ class Written(NamedTuple):
         return bool(self.changed)
 
     def readme(self) -> str:
-        return filled("readme.md", name=self.name, real=self.program.real, **_about(self.unit))
+        return fill("readme.md", name=self.name, real=self.program.real, **_about(self.unit))
 
 
 class Writer:
@@ -64,7 +64,7 @@ class Writer:
         bodies: list[str] = []
         for made in used:
             bodies += ["", *program.text(made, static=made not in entries)]
-        code = filled(
+        code = fill(
             "code.c",
             name=self.name,
             helpers="\n".join(helpers(program.helpers, program.single)),
@@ -92,7 +92,7 @@ class Writer:
         heads: list[str] = []
         for entry, made in zip(self.unit.entries, entries, strict=True):
             when = [f"// {entry.when}"] if entry.when else []
-            heads += ["", *when, *made.source.head, *wrapped([f"{program.signature(made)};"])]
+            heads += ["", *when, *made.source.head, *wrap([f"{program.signature(made)};"])]
         extern = [
             f"extern const {program.declared(kind_of(value), f'{self.name}_{key}')};"
             for key, value in self.unit.given.items()
@@ -101,7 +101,7 @@ class Writer:
         constants = [
             f"#define {name} {text}" for name, text in program.constants.items() if name in used
         ]
-        return filled(
+        return fill(
             "header.h",
             guard=self.name.upper(),
             constants="\n".join(constants),
@@ -138,7 +138,7 @@ class Writer:
         given = f"{program.declared(kind, '*state')}{f', {store} *store' if declared else ''}"
         head = f"void {self.name}_begin({given})"
         state_line = f"    *state = ({program.struct(kind)}){text};"
-        code = ["", head, "{", state_line, *wrapped(filled), "}"]
+        code = ["", head, "{", state_line, *wrap(filled), "}"]
         return [*declared, "", "/* The state before the first period. */", f"{head};"], code
 
     def _initialiser(
@@ -186,5 +186,5 @@ def _about(unit: Unit) -> dict[str, str]:
     return {"title": plain(unit.title), "unit": unit.name, "version": __version__}
 
 
-def written(unit: Unit, single: bool = False) -> Written:
+def write_unit(unit: Unit, single: bool = False) -> Written:
     return Writer(unit, single).written()

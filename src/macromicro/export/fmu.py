@@ -15,7 +15,7 @@ from macromicro.columns import Meaning, meaning
 from macromicro.errors import InputError, MacromicroError
 from macromicro.export import building, kinds
 from macromicro.export._statements import Routine
-from macromicro.export._text import filled, legal, notes_of, remark
+from macromicro.export._text import fill, legal, notes_of, remark
 from macromicro.export.files import Written, kind_of
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
 from macromicro.export.units import Entry
@@ -160,7 +160,7 @@ class Interface:
         if name in {each.name for each in self.variables}:
             name = f"out.{name}"  # what goes in has that name
         start = float(value) if given else None
-        unit, told = _known(note.unit), remark(note)
+        unit, told = _known_unit(note.unit), remark(note)
         self.variables.append(Variable(name, causality, path, start, unit, told, kind is not REAL))
 
 
@@ -196,7 +196,7 @@ def description(face: Interface, token: str) -> str:
                "  </UnitDefinitions>"] if units else []  # fmt: skip
     rows = [_variable(v, k) for k, v in enumerate(face.variables, 1)]
     outputs = [k for k, v in enumerate(face.variables, 1) if v.causality == OUTPUT]
-    return filled(
+    return fill(
         "modelDescription.xml",
         token=token,
         model=quoteattr(face.unit.name),
@@ -235,26 +235,26 @@ def interface_code(face: Interface, token: str) -> str:
     for number, v in enumerate(face.variables, 1):
         path = f"whole[{wholes.index(v)}]" if v.whole else v.path
         cases += [f"case {number}:", f"    return &m->{path};"]
-    return filled(
+    return fill(
         "fmi2.c",
         name=written.name,
         period=repr(face.unit.period),
         token=token,
-        fields=_indented(fields, 4),
-        reset=_indented(face.reset, 4),
-        show=_indented([*face.show, *copies], 4),
-        start=_indented(face.start, 4),
-        step=_indented(face.step, 8),
-        pointers=_indented([f"m->state.{t.path} = m->store.{t.name};" for t in written.changed], 4),
-        variables=_indented(cases, 4),
+        fields=_indent(fields, 4),
+        reset=_indent(face.reset, 4),
+        show=_indent([*face.show, *copies], 4),
+        start=_indent(face.start, 4),
+        step=_indent(face.step, 8),
+        pointers=_indent([f"m->state.{t.path} = m->store.{t.name};" for t in written.changed], 4),
+        variables=_indent(cases, 4),
     )
 
 
-def _indented(lines: list[str], spaces: int) -> str:
+def _indent(lines: list[str], spaces: int) -> str:
     return "\n".join(" " * spaces + line for line in lines)
 
 
-def _known(unit: str) -> str:
+def _known_unit(unit: str) -> str:
     """A unit that other tools know; "" for any other."""
     try:
         size(unit)

@@ -130,7 +130,7 @@ def hints_of(kind: Any, noted: bool = False) -> dict[str, Any]:
         return {}
 
 
-def widened(made: Callable[..., Any], found: Sequence[Kind]) -> tuple[Kind, ...]:
+def widen(made: Callable[..., Any], found: Sequence[Kind]) -> tuple[Kind, ...]:
     """Types of arguments or fields, where an int that is annotated as a float is a float."""
     hints = hints_of(made)
     return tuple(
@@ -139,7 +139,7 @@ def widened(made: Callable[..., Any], found: Sequence[Kind]) -> tuple[Kind, ...]
     )
 
 
-def joined(one: Any, other: Any) -> Any:
+def join(one: Any, other: Any) -> Any:
     """The type that holds values of both; None if there is none."""
     if one == other:
         return one
@@ -149,7 +149,7 @@ def joined(one: Any, other: Any) -> Any:
         return WHOLE
     same = isinstance(one, Struct | Several) and type(one) is type(other)
     if same and len(one) == len(other):
-        parts = tuple(joined(a, b) for a, b in zip(one.types, other.types, strict=True))
+        parts = tuple(join(a, b) for a, b in zip(one.types, other.types, strict=True))
         if None not in parts:
             if isinstance(one, Several):
                 return Several(parts)

@@ -41,7 +41,7 @@ def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
         remedy = "Make its step a kernel with @kernel (docs/laws.md)."
         raise ProblemError(f"law {law.name}", "plain Python", remedy)
     sample, target = Sample(0.0, 0.0), Target(0.0, 0.0, 0.0, math.inf)
-    gains = outside.given(law, gains)
+    gains = outside.arguments(law, gains)
     memory = law.start(gains, sample)
     entries = [Entry("step", law.step, (gains, memory, target, sample, 0.0))]
     state = memory

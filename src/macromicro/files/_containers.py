@@ -13,7 +13,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
 from macromicro.extras import require
-from macromicro.files.naming import BESIDE, DATES, spelled, units_in
+from macromicro.files.naming import BESIDE, DATES, spell_unit, units_in
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
 
@@ -132,8 +132,10 @@ def _walk(found: Gathered, name: str, value: Any, depth: int) -> None:
         fields = {field: getattr(item, field) for field in item._fieldnames}
         label = words(fields.get("label", "")) or words(fields.get("Name", ""))
         if "Time" in fields and "Data" in fields:  # a timeseries
-            label, unit = label or own, _said(fields.get("DataInfo"))
-            found.add(f"{label}.Time", fields["Time"], _said(fields.get("TimeInfo")) or "s")
+            label, unit = label or own, _timeseries_unit(fields.get("DataInfo"))
+            found.add(
+                f"{label}.Time", fields["Time"], _timeseries_unit(fields.get("TimeInfo")) or "s"
+            )
             found.add(label, fields["Data"], unit, np.size(fields["Time"]))
         elif "values" in fields:  # a signal of Simulink
             _walk(found, label or own, fields["values"], depth + 1)
@@ -144,10 +146,10 @@ def _walk(found: Gathered, name: str, value: Any, depth: int) -> None:
                 _walk(found, f"{own}.{field}", inner, depth + 1)
 
 
-def _said(info: Any) -> str:
+def _timeseries_unit(info: Any) -> str:
     """The unit in a timeseries' information."""
     item = next(iter(np.ravel(info)), None) if info is not None else None
-    return spelled(words(getattr(item, "Units", "")))
+    return spell_unit(words(getattr(item, "Units", "")))
 
 
 def _compare_times(where: str, columns: dict[str, Array]) -> None:
@@ -208,7 +210,7 @@ def parquet_table(path: Path, where: str, accepted: str) -> Table:
     for name in names:
         beside = {k.decode().lower(): v for k, v in (schema.field(name).metadata or {}).items()}
         said = beside.get("units", beside.get("unit", b"")).decode("utf-8", "replace")
-        if unit := spelled(said):
+        if unit := spell_unit(said):
             units[name], reasons[name] = unit, BESIDE
         if name in times:
             units[name], reasons[name] = "s", DATES
@@ -252,8 +254,8 @@ def json_table(path: Path, where: str, accepted: str) -> Table:
     _unfold(found, "", content, 0)
     said = content.get("units", {}) if isinstance(content, dict) else {}
     for name, unit in (said if isinstance(said, dict) else {}).items():
-        if name in found.columns and spelled(str(unit)):
-            found.units[name] = spelled(str(unit))
+        if name in found.columns and spell_unit(str(unit)):
+            found.units[name] = spell_unit(str(unit))
     return found.table(where, accepted)
 
 
@@ -299,7 +301,7 @@ def tdms_table(path: Path, where: str, accepted: str) -> Table:
                     first, timed = channel.properties.get("wf_start_offset", 0.0), True
                     found.add(f"{group.name}.time", first + step * np.arange(rows), "s")
                 said = (str(channel.properties.get(key, "")) for key in ("unit_string", *_UNITS))
-                found.add(name, values, next(filter(None, map(spelled, said)), ""))
+                found.add(name, values, next(filter(None, map(spell_unit, said)), ""))
     except Exception as error:  # whatever a damaged file does to the reader
         raise unreadable(where, error, "Give a TDMS file as LabVIEW writes it.") from None
     return found.table(where, accepted)
@@ -328,7 +330,7 @@ def hdf5_table(path: Path, where: str, accepted: str) -> Table:
                 unit = next((u for key in _UNITS if (u := _text(dataset.attrs.get(key)))), "")
                 for column in places:
                     if unit and column not in said and places[column][0] == dataset.name:
-                        said[column] = spelled(unit)
+                        said[column] = spell_unit(unit)
     if not places:
         raise ProblemError(where, "no dataset is a vector of numbers", f"Name {accepted}.")
     units, reasons = units_in(list(places))

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.files.naming import spelled
+from macromicro.files.naming import spell_unit
 from macromicro.schema.text import printable
 
 BLANKS = " "  # the mark of files whose cells are parted by any number of spaces and tabs
@@ -126,7 +126,7 @@ class Lines(NamedTuple):
 
 
 def split(content: bytes, whole: bool, where: str) -> Lines:
-    encoding = encoded(content[:SAMPLE], where)
+    encoding = find_encoding(content[:SAMPLE], where)
     text = content.decode(encoding, errors="replace")
     if junk := _JUNK.search(text, 0, SAMPLE):
         place = text.count("\n", 0, junk.start()) + 1
@@ -171,7 +171,7 @@ def _tables(
             laid = _laid(lines, first, end, where, text.encoding, marks)
         except InputError:  # a title alone, or words
             continue
-        last = _trimmed(lines, laid.lines, end)
+        last = _trim(lines, laid.lines, end)
         rows = sum(bool(line.strip()) for line in lines[laid.lines : last])
         part = Part(laid.lines, last, laid.names, rows, tuple(lines[above : laid.lines]))
         before = (*(found[0].before if found else ()), *part.before)
@@ -189,7 +189,7 @@ def _tables(
     return [one for one in found if sum(part.rows for part in one.parts) >= _ROWS] or found[:1]
 
 
-def _trimmed(lines: list[str], first: int, end: int) -> int:
+def _trim(lines: list[str], first: int, end: int) -> int:
     """End of the rows above a further table: what is empty, or its title, is left."""
     while first < end < len(lines) and (
         not lines[end - 1].strip() or _WORDED.match(lines[end - 1])
@@ -200,7 +200,7 @@ def _trimmed(lines: list[str], first: int, end: int) -> int:
 
 def _segments(lines: list[str], ends: list[int]) -> tuple[Sequence[str], list[tuple[int, int]]]:
     """Separators to try, and the lines between the headers of a LabVIEW file."""
-    spans = [(a + 1, _trimmed(lines, a + 1, b)) for a, b in pairwise([*ends, len(lines)])]
+    spans = [(a + 1, _trim(lines, a + 1, b)) for a, b in pairwise([*ends, len(lines)])]
     *others, last = spans
     return MARKS, [*(span for span in others if span[0] < span[1]), last]
 
@@ -241,7 +241,7 @@ def _heading(lines: list[str], k: int, mark: str) -> list[str]:
     below = [line for line in lines[k + 1 : k + 6] if line.strip() and not _RULED.fullmatch(line)]
     row = below[0] if below else ""
     if len(below) > 1 and _WORDED.match(row):
-        units = [spelled(cell) for cell in heading(row, mark, 0)]
+        units = [spell_unit(cell) for cell in heading(row, mark, 0)]
         row = below[1] if 2 * sum(map(bool, units)) >= len(units) else ""
     under = cells(row, mark)
     names = [name for name in heading(lines[k], mark, len(under)) if name]
@@ -274,7 +274,7 @@ def _laid(
         k, line = plain[-1]
         raise InputError(f"{where}, line {k + 1}", printable(line), "rows of numbers")
     above = [(k, line) for k, line in full if k < first]
-    names, units = _named(above, mark, kinds, where, first)
+    names, units = _names_and_units(above, mark, kinds, where, first)
     seen = [cell for k, row in rows if k >= first for cell in row]
     comma = any("," in cell and kind(cell) == NUMBER for cell in seen)
     headed = bool(names)
@@ -286,7 +286,7 @@ def _laid(
     return Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
 
 
-def encoded(sample: bytes, where: str) -> str:
+def find_encoding(sample: bytes, where: str) -> str:
     """Encoding of a text, by its first bytes."""
     for bom, name in _BOMS.items():
         if sample.startswith(bom):
@@ -334,7 +334,7 @@ def _data(row: list[str], kinds: tuple[str, ...]) -> bool:
     return fits > 0 and wrong < max(fits, 1)
 
 
-def _named(
+def _names_and_units(
     above: list[tuple[int, str]], mark: str, kinds: tuple[str, ...], where: str, first: int
 ) -> tuple[list[str], list[str]]:
     """Names and units from the lines above the rows; empty without a heading."""
@@ -352,7 +352,7 @@ def _named(
         raise ProblemError(f"{where}, line {first + 1}", problem, "Give as many of each.")
     if all(kind(cell) != TEXT for cell in row):
         return [], none
-    units = [spelled(cell) for cell in row]
+    units = [spell_unit(cell) for cell in row]
     if len(above) > 1 and sum(map(bool, units)) >= max(1, sum(map(bool, row)) / 2):
         names = _fitting(heading(above[-2][1], mark, count), kinds)
         if names is not None and any(kind(cell) == TEXT for cell in names):

@@ -176,7 +176,7 @@ def _labview(
     units, reasons = dict(table.units), dict(table.reasons)
     channels = [name for name in table.columns if name not in (_X, "Comment")]
     for name, unit in zip(channels, said.get("Y_Unit_Label", []), strict=False):
-        if good := naming.spelled(unit):
+        if good := naming.spell_unit(unit):
             units[name], reasons[name] = good, naming.BESIDE
     if _X in table.columns:
         units[_X], reasons[_X] = "s", "LabVIEW's"
@@ -212,7 +212,7 @@ def _header(lines: Sequence[str]) -> dict[str, list[str]]:
 def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:
     """Some columns, and the part that each row is of: by NumPy, or line by line."""
     own = [name for name in names if name != PART]
-    found = None if layout.parts else _parsed(path, layout, own)
+    found = None if layout.parts else _parse(path, layout, own)
     if found is None:
         found = _slow(path, where, layout, own)
     from macromicro.files._times import seconds
@@ -227,7 +227,7 @@ def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dic
     return {name: found[name] for name in names}
 
 
-def _parsed(path: Path, layout: Layout, names: Sequence[str]) -> dict[str, Any] | None:
+def _parse(path: Path, layout: Layout, names: Sequence[str]) -> dict[str, Any] | None:
     """`columns` by NumPy, block by block, times as text; None if a row is not as the others."""
     place = {name: layout.names.index(name) for name in names}
     times = [name for name in names if layout.kinds[place[name]] == TIME]

@@ -33,11 +33,11 @@ _BRACKETED |= dict.fromkeys(("oz*in", "oz-in", "oz in", "ozin", "ozf*in"), "ozf*
 _ONLY_OF_TIMES = ("min", "h")  # x_min is a least position
 
 
-def parted(name: str) -> tuple[str, str]:
+def split_unit(name: str) -> tuple[str, str]:
     text = name.strip()
     if match := _BRACKETS.fullmatch(text):
         inner = match[4].strip()
-        if unit := spelled(inner):
+        if unit := spell_unit(inner):
             return match[1].strip(), unit
         # der(x) and x[1] are names of a simulator, "x [furlong]" is a unit that nobody knows.
         if match[2] or (match[3] == "[" and not inner.isdigit()):
@@ -47,21 +47,21 @@ def parted(name: str) -> tuple[str, str]:
             unit = _ENDINGS.get(match[2], match[2].replace("_per_", "/"))
             if unit in _ONLY_OF_TIMES and plain(match[1]) not in TIMES:
                 continue
-            if known(unit):
+            if is_known_unit(unit):
                 return match[1], unit
     return text, ""
 
 
-def spelled(text: str) -> str:
+def spell_unit(text: str) -> str:
     """A unit in this package's spelling."""
     plain = text.strip()
     if len(plain) > 2 and plain[0] in "[(<" and plain[-1] in "])>":
         plain = plain[1:-1].strip()
     plain = _BRACKETED.get(plain, _WORDS.get(plain.lower(), plain))
-    return plain if known(plain) else ""
+    return plain if is_known_unit(plain) else ""
 
 
-def known(unit: str) -> bool:
+def is_known_unit(unit: str) -> bool:
     if unit in ("", "1", "-"):
         return False
     try:
@@ -79,8 +79,8 @@ def plain(name: str) -> str:
 def by_name(columns: Iterable[str], names: Sequence[str]) -> str:
     """The column with one of some usual names: as it is, without its unit, or its group."""
     listed = list(columns)[::-1]
-    found = {plain(parted(last(n))[0]): n for n in listed}
-    found |= {plain(parted(n)[0]): n for n in listed}
+    found = {plain(split_unit(last(n))[0]): n for n in listed}
+    found |= {plain(split_unit(n)[0]): n for n in listed}
     found |= {plain(n): n for n in listed}
     return next((found[name] for name in names if name in found), "")
 
@@ -92,5 +92,5 @@ def last(name: str) -> str:
 
 def units_in(names: list[str]) -> tuple[dict[str, str], dict[str, str]]:
     """Units in column names."""
-    units = {name: parted(last(name))[1] for name in names}
+    units = {name: split_unit(last(name))[1] for name in names}
     return units, {name: IN_NAME for name, unit in units.items() if unit}

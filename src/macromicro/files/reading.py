@@ -27,7 +27,7 @@ def is_forc(path: Path) -> bool:
     return _begin(path).lstrip(b'\xef\xbb\xbf" ').startswith(b"MicroMag")
 
 
-def read(path: Path) -> Table:
+def read_table(path: Path) -> Table:
     begin, where, suffix = _begin(path), printable(path, 300), path.suffix.lower()
     if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5") or begin.startswith(_MATLAB_HDF5):
         if not begin.startswith(_MATLAB_HDF5) and is_recording(path):

@@ -11,8 +11,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
-from macromicro.files.naming import parted
-from macromicro.files.reading import is_recording, read
+from macromicro.files.naming import split_unit
+from macromicro.files.reading import is_recording, read_table
 from macromicro.files.table import Table
 from macromicro.recording import Recording
 from macromicro.recording_format import TIME
@@ -25,11 +25,11 @@ _ODD = re.compile(r"[^A-Za-z0-9_]+")
 def recording(path: Path, columns: Sequence[str] = ()) -> Recording:
     """A recording of this package, or another file's columns over time as one."""
     # Names lose units and special characters; times become s.
-    if _own(path):
+    if _is_recording(path):
         return Recording.load(path)
-    table = read(path)
-    time = timed(table)
-    names = called(table)
+    table = read_table(path)
+    time = time_column(table)
+    names = recording_names(table)
     wanted = [n for n in names if n != time and (not columns or names[n] in columns)]
     if columns:
         found, kept = table.several([time, *wanted]), [time, *wanted]
@@ -51,7 +51,7 @@ def recording(path: Path, columns: Sequence[str] = ()) -> Recording:
     return Recording.from_arrays(made, [t, *(found[n] for n in kept)], dt, {"file": path.name})
 
 
-def timed(table: Table) -> str:
+def time_column(table: Table) -> str:
     """The column of times."""
     if name := table.times():
         return name
@@ -60,11 +60,11 @@ def timed(table: Table) -> str:
     raise ProblemError(table.file, "there is no column of times", remedy)
 
 
-def called(table: Table) -> dict[str, str]:
+def recording_names(table: Table) -> dict[str, str]:
     """Recording names of a file's columns."""
     names: dict[str, str] = {}
     for name in table.columns:
-        bare = parted(name)[0] if table.units.get(name) else name
+        bare = split_unit(name)[0] if table.units.get(name) else name
         stem = _ODD.sub("_", bare).strip("_") or "column"
         stem = f"column_{stem}" if stem[0].isdigit() or stem == TIME else stem
         used, k = set(names.values()), 2
@@ -74,7 +74,7 @@ def called(table: Table) -> dict[str, str]:
     return names
 
 
-def _own(path: Path) -> bool:
+def _is_recording(path: Path) -> bool:
     """Whether `Recording.load` handles a file, or says that there is none."""
     if not path.is_file():
         return True

@@ -89,7 +89,9 @@ def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
     if len(blocks) == 1:  # no empty lines
         starts = ends if ends and ends[-1] == points else _falls(blocks[0])
         blocks = [block for block in np.split(blocks[0], starts) if len(block)]
-    blocks, single = _parted([part for block in blocks for part in _without_calibration(block)])
+    blocks, single = _curves_and_calibrations(
+        [part for block in blocks for part in _without_calibration(block)]
+    )
     curves = [(block[:, 0].copy(), block[:, 1].copy()) for block in blocks]
     if len(curves) < 2:
         raise ProblemError(where, f"{len(curves)} of at least 2 curves found", f"Give {_WHAT}.")
@@ -180,7 +182,7 @@ def _without_calibration(block: Array) -> list[Array]:
     return [block]
 
 
-def _parted(blocks: list[Array]) -> tuple[list[Array], list[Array]]:
+def _curves_and_calibrations(blocks: list[Array]) -> tuple[list[Array], list[Array]]:
     """Curves and calibrations: one before each curve, or all blocks of one point."""
     before, after = blocks[::2], blocks[1::2]
     if after and all(len(block) == 1 for block in before):  # a cut file may end with one

@@ -120,7 +120,7 @@ def fit(
     >>> prandtl_fit.fit(u, prandtl.run(made, u), plays=4).operator.weights.round(3).tolist()
     [2.0, 0.5, 0.3, 0.2]
     """
-    inputs, outputs = _checked(u, f, plays, held_out)
+    inputs, outputs = _check(u, f, plays, held_out)
     y = moved(inputs, spaced(inputs, plays))
     return weighted(inputs, outputs, y, plays, held_out)
 
@@ -162,7 +162,7 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
     from scipy.optimize import nnls
 
     n = inputs.size
-    known = _known(inputs, plays)
+    known = _first_known(inputs, plays)
     fitted = known + round((1.0 - held_out) * (n - known))
     if fitted - known < 2 * plays or float(np.ptp(inputs[known:fitted])) < 0.1 * np.ptp(inputs):
         problem = f"only {fitted - known} samples remain to fit after the first full stroke"
@@ -189,7 +189,7 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
     return PrandtlFit(found_operator, predicted, known, fitted, rms, held)
 
 
-def _known(u: Array, plays: int) -> int:
+def _first_known(u: Array, plays: int) -> int:
     """First sample at which the input has been to both ends of its range."""
     near = _NEAR * 0.5 * float(np.ptp(u)) / plays
     top = int(np.argmax(u >= u.max() - near))
@@ -197,9 +197,7 @@ def _known(u: Array, plays: int) -> int:
     return max(top, bottom)
 
 
-def _checked(
-    u: npt.ArrayLike, f: npt.ArrayLike, plays: int, held_out: float
-) -> tuple[Array, Array]:
+def _check(u: npt.ArrayLike, f: npt.ArrayLike, plays: int, held_out: float) -> tuple[Array, Array]:
     if not 2 <= plays <= MOST_PLAYS:
         raise InputError("Prandtl-Ishlinskii, plays", plays, f"2 to {MOST_PLAYS}")
     if not 0.0 <= held_out <= 0.9:

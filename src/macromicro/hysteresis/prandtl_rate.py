@@ -79,7 +79,7 @@ def fit(
 
     def moved(log: Array) -> tuple[float, float]:
         widening, lag = _from(log, widest, longest)
-        compiled(widened)(inputs, thresholds, widening, _kept(dt, lag), dt, y)
+        compiled(widened)(inputs, thresholds, widening, _decay(dt, lag), dt, y)
         return widening, lag
 
     def missed(log: Array) -> float:
@@ -101,7 +101,7 @@ def fit(
     return RateFit(best, lag, still)
 
 
-def _kept(dt: float, lag: float) -> float:
+def _decay(dt: float, lag: float) -> float:
     return math.exp(-dt / lag) if lag > _SMALL * dt else 0.0
 
 
@@ -118,5 +118,5 @@ def run(p: prandtl.Prandtl, lag: float, inputs: npt.ArrayLike, dt: float) -> Arr
     """Outputs along inputs without past."""
     u = np.ascontiguousarray(inputs, np.float64)
     y = np.empty((len(u), len(p.thresholds)))
-    compiled(widened)(u, p.thresholds, p.widening, _kept(dt, lag), dt, y)
+    compiled(widened)(u, p.thresholds, p.widening, _decay(dt, lag), dt, y)
     return np.asarray(p.offset + y @ p.weights)

@@ -42,7 +42,7 @@ class Grid(NamedTuple):
         return self.lo + self.step * np.arange(self.n, dtype=np.float64)
 
 
-def numbered(n: int) -> Index:
+def number_nodes(n: int) -> Index:
     ids = np.full((n, n), -1, dtype=np.int64)
     below = np.tri(n, k=-1, dtype=bool)
     ids[below] = np.arange(int(below.sum()))
@@ -122,7 +122,7 @@ def solver(matrix: Any) -> Any:
     return factors.solve
 
 
-def bounded(
+def minimise(
     matrix: Any,
     right: Array,
     bound: Any,
@@ -205,18 +205,21 @@ def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Ar
     # distributed linearly.
     width = 0.5 * grid.step
     starts = np.array([curve.u[0] for curve in curves])
-    lowest = _followed(curves, grid)
+    lowest = _main_curve(curves, grid)
     below = grid.nodes < starts[0]
     u = np.concatenate([grid.nodes[below], starts])
     f = np.concatenate([lowest[below], [_edge(curve.u, curve.f, grid.step) for curve in curves]])
-    rising = _interpolated(*averaged(u, f, width), grid.nodes, monotone)
-    falling = _followed(curves[::-1], grid)
+    rising = _interpolate(*averaged(u, f, width), grid.nodes, monotone)
+    falling = _main_curve(curves[::-1], grid)
     falling += rising[-1] - falling[-1]
     gap = float(rising[0] - falling[0])
     lowest_input = min(float(curve.u[-1]) for curve in curves)
     reach = [curve for curve in curves if curve.u[-1] <= lowest_input + grid.step]
     low = float(np.mean([_edge(curve.u[::-1], curve.f[::-1], grid.step) for curve in reach]))
-    rising, falling = _ended(rising, low, curves[0]), _ended(falling, low, curves[-1])
+    rising, falling = (
+        _corrected_end(rising, low, curves[0]),
+        _corrected_end(falling, low, curves[-1]),
+    )
     if monotone:
         rising, falling = _isotonic(rising), _isotonic(falling)
         falling = np.minimum(np.maximum(falling, rising), rising[-1])
@@ -224,7 +227,7 @@ def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Ar
     return rising, falling, gap
 
 
-def _followed(curves: list[Curve], grid: Grid) -> Array:
+def _main_curve(curves: list[Curve], grid: Grid) -> Array:
     """The first curve at the nodes, continued in parallel to the next that reaches further."""
     nodes = grid.nodes
     slack = 1e-9 * grid.step
@@ -234,7 +237,7 @@ def _followed(curves: list[Curve], grid: Grid) -> Array:
         u, f = averaged(curve.u, curve.f, 0.5 * grid.step)
         f[-1] = _edge(curve.u, curve.f, grid.step)
         f[0] = _edge(curve.u[::-1], curve.f[::-1], grid.step)
-        at = _interpolated(u, f, nodes, False)
+        at = _interpolate(u, f, nodes, False)
         covered = (nodes[:-1] >= u[0] - slack) & (nodes[1:] <= u[-1] + slack)
         steps = np.where(np.isnan(steps) & covered, np.diff(at), steps)
         levels.append(at)
@@ -252,7 +255,7 @@ def _edge(u: Array, f: Array, width: float) -> float:
     return float(np.polyfit(u[near] - u[0], f[near], 1)[1])
 
 
-def _ended(branch: Array, low: float, curve: Curve) -> Array:
+def _corrected_end(branch: Array, low: float, curve: Curve) -> Array:
     """The branch corrected to end at `low`; `curve` is its source there."""
     miss = low - branch[0]
     if abs(miss) > 4.0 * _scatter(curve):
@@ -271,7 +274,7 @@ def _scatter(curve: Curve) -> float:
     return 1.4826 * float(np.median(sizes))
 
 
-def _interpolated(u: Array, f: Array, at: Array, monotone: bool) -> Array:
+def _interpolate(u: Array, f: Array, at: Array, monotone: bool) -> Array:
     """Shape-preserving cubic through (u, f), constant beyond its ends."""
     from scipy.interpolate import PchipInterpolator
 
@@ -289,7 +292,7 @@ def _isotonic(f: Array) -> Array:
 
 # The major loop is found first and fixed. Differences between neighbouring cells' weights are kept
 # small; diagonal cells, relays of zero width, are compared among themselves.
-def fitted(
+def fit_everett(
     curves: list[Curve],
     grid: Grid,
     loop: tuple[Array, Array],
@@ -303,7 +306,7 @@ def fitted(
 
     n = grid.n
     rising, falling = loop
-    ids = numbered(n)
+    ids = number_nodes(n)
     below = ids >= 0
     held = np.full((n, n), np.nan)
     held[n - 1, :-1] = falling[-1] - falling[:-1]
@@ -319,7 +322,7 @@ def fitted(
     beta = np.concatenate([c.u for c in every])
     f = np.concatenate([c.f for c in every])
     rows = readings(grid, ids, alpha, beta)
-    weight = _evened(every, grid)
+    weight = _even_weights(every, grid)
     weight[sum(c.u.size for c in curves) :] *= _GUESSED
     branch = np.interp(alpha, grid.nodes, rising)
     density = densities(n, ids)
@@ -340,14 +343,14 @@ def fitted(
         bound, scale, rho = density, 1.0 / n**2, 0.05 * n**2
     else:
         bound, scale, rho = slopes(n, ids), 1.0 / n, 1.0
-    known[free] = bounded(matrix, right, bound[:, free], bound @ known, scale, rho, rounds)
+    known[free] = minimise(matrix, right, bound[:, free], bound @ known, scale, rho, rounds)
     values[below] = known
     if shape == "monotone":
         return monotone_hull(values)
     return nonnegative_hull(values)
 
 
-def _evened(curves: list[Curve], grid: Grid) -> Array:
+def _even_weights(curves: list[Curve], grid: Grid) -> Array:
     """Weights so that each curve counts once per cell."""
     weights = []
     for curve in curves:

@@ -21,8 +21,8 @@ from macromicro.hysteresis.shape import (
     along_output,
     branches,
     cells,
-    fitted,
-    numbered,
+    fit_everett,
+    number_nodes,
     readings,
 )
 
@@ -175,7 +175,7 @@ class FodTable:
         scaled = [Curve(curve.u, (curve.f - low) / span) for curve in used]
         loop = ((rising - low) / span, (falling - low) / span)
         filled = along_output(scaled, grid.nodes, loop[0]) if between == "output" else []
-        values = turn * span * fitted(scaled, grid, loop, shape, smooth, filled, rounds)
+        values = turn * span * fit_everett(scaled, grid, loop, shape, smooth, filled, rounds)
         lo, f_low = grid.lo, turn * low
         if sign < 0.0:
             lo, f_low = -(grid.lo + (nodes - 1) * grid.step), -turn * (low + span)
@@ -292,7 +292,7 @@ class FodTable:
         u = np.asarray(inputs, dtype=np.float64)
         flat = np.ravel(u)
         first = np.full(flat.shape, min(max(start, self.lo), self.hi))
-        grid, ids = Grid(self.lo, self.step, self.n), numbered(self.n)
+        grid, ids = Grid(self.lo, self.step, self.n), number_nodes(self.n)
         known = self.values[ids >= 0]
         if (kind or self.kind) == "descending":
             ends = np.full(flat.shape, self.lo)

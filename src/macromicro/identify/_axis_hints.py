@@ -26,8 +26,8 @@ from macromicro.identify.axis_inverse import (
     Estimate,
     Rows,
     columns,
-    evened,
-    fitted,
+    decimate_rows,
+    fit_structure,
     linear,
     plausible,
 )
@@ -59,7 +59,7 @@ def part(rows: Rows, where: slice) -> Rows:
     return rows._replace(run=run, force=force, v=v, a=a, still=rows.still[where])
 
 
-def divided(record: Rows, count: int) -> list[Rows]:
+def divide(record: Rows, count: int) -> list[Rows]:
     ends = np.linspace(0, len(record.v), count + 1).round().astype(int)
     return [part(record, slice(a, b)) for a, b in pairwise(ends)]
 
@@ -68,7 +68,7 @@ def blocks(rows: list[Rows]) -> list[Rows]:
     made = []
     for record in rows:
         longest = _LEAST * record.factor
-        made += divided(record, max(min(_MOST, len(record.v) // longest), 1))
+        made += divide(record, max(min(_MOST, len(record.v) // longest), 1))
     return made
 
 
@@ -81,7 +81,7 @@ def folds(rows: list[Rows]) -> Iterator[tuple[list[Rows], list[Rows]]]:
         yield kept, [p for p, at in zip(pieces, turns, strict=True) if at == k]
 
 
-def chosen(rows: list[Rows]) -> Judged:
+def choose_structure(rows: list[Rows]) -> Judged:
     """The simplest structure that no richer one beats on held-out data."""
     squares: dict[str, Array] = {}
     reasons: dict[str, str] = {}
@@ -95,7 +95,10 @@ def chosen(rows: list[Rows]) -> Judged:
         judged = simplest(squares, reasons)
         ordered = {n: judged.reasons[n] for n in STRUCTURES if n in judged.reasons}
         return judged._replace(reasons=ordered)
-    if reasons["viscous"] == _NEGATIVE and fitted(rows, "viscous", told=False).axis.mass < 0.0:
+    if (
+        reasons["viscous"] == _NEGATIVE
+        and fit_structure(rows, "viscous", told=False).axis.mass < 0.0
+    ):
         problem = "the mass is negative: the force acts against the acceleration"
         remedy = "Check the signs of u, x and gain, whether x wraps, and the sample time."
         raise ProblemError("record", problem, remedy)
@@ -128,7 +131,7 @@ def held_out(rows: list[Rows], name: str) -> Array | str:
 
 def _fit(rows: list[Rows], name: str) -> Estimate | str:
     try:
-        estimate = fitted(rows, name, told=False)
+        estimate = fit_structure(rows, name, told=False)
     except InputError:
         return _TOO_POOR
     return estimate if plausible(estimate) else _NEGATIVE
@@ -163,18 +166,18 @@ def _gain(part: float) -> str:
     return f"lowers the force error by {100.0 * part:.0f} % on held-out data"
 
 
-def shifted(force: Array, samples: int) -> Array:
+def shift(force: Array, samples: int) -> Array:
     """A held force delayed by whole samples, or advanced if negative."""
     if samples >= 0:
         return late(force, samples)
     return np.concatenate([force[-samples:], np.full(min(-samples, len(force)), force[-1])])
 
 
-def moved(rows: list[Rows], samples: int) -> list[Rows]:
+def delay_samples(rows: list[Rows], samples: int) -> list[Rows]:
     """The records with their force late by samples of the first one."""
     step = rows[0].run.dt
     by = [round(samples * step / r.run.dt) for r in rows]
-    return [r._replace(force=shifted(r.force, many)) for r, many in zip(rows, by, strict=True)]
+    return [r._replace(force=shift(r.force, many)) for r, many in zip(rows, by, strict=True)]
 
 
 def delay(rows: list[Rows], least: int = 0) -> int:
@@ -194,7 +197,7 @@ def _best(rows: list[Rows], tried: Iterable[int]) -> int:
     basis = np.linalg.qr(np.concatenate(parts))[0]
 
     def left(samples: int) -> float:
-        force = np.concatenate(_forces(moved(rows, samples), 0.0))
+        force = np.concatenate(_forces(delay_samples(rows, samples), 0.0))
         whole = float(force @ force)
         return float(np.sum((force - basis @ (basis.T @ force)) ** 2)) / (whole or 1.0)
 
@@ -207,10 +210,10 @@ def lag(rows: list[Rows]) -> tuple[float, float]:
     found, error, dt = delay(rows) * rows[0].run.dt, 0.0, max(r.run.dt for r in rows)
     for _ in range(_ROUNDS):
         before = min(found, _HALF * dt)
-        first, last = (_forces(pushed(rows, found + by), 0.0) for by in (-before, _HALF * dt))
+        first, last = (_forces(lag_force(rows, found + by), 0.0) for by in (-before, _HALF * dt))
         slope = (np.concatenate(last) - np.concatenate(first)) / (before + _HALF * dt)
         table = np.c_[np.concatenate(parts), -slope]
-        force = np.concatenate(_forces(pushed(rows, found), 0.0))
+        force = np.concatenate(_forces(lag_force(rows, found), 0.0))
         theta = np.linalg.lstsq(table, force, rcond=None)[0]
         edges = clusters.blocks(len(force), BLOCKS)
         spread = clusters.spread(table, force - table @ theta, edges)
@@ -221,38 +224,38 @@ def lag(rows: list[Rows]) -> tuple[float, float]:
 
 def _forces(rows: list[Rows], samples: float) -> list[Array]:
     pushed = [late(r.force, HELD + samples) for r in rows]
-    return [evened(r, [push], [True])[:, 0] for r, push in zip(rows, pushed, strict=True)]
+    return [decimate_rows(r, [push], [True])[:, 0] for r, push in zip(rows, pushed, strict=True)]
 
 
-def pushed(rows: list[Rows], lag: float) -> list[Rows]:
+def lag_force(rows: list[Rows], lag: float) -> list[Rows]:
     return [r._replace(force=late(r.force, lag / r.run.dt)) for r in rows]
 
 
 def limit(rows: list[Rows]) -> float:
     """The force limit with the smallest residual of inverse dynamics."""
     most = max(float(np.abs(r.force).max()) for r in rows)
-    best = min(_LIMITS, key=lambda part: _left(rows, part * most))
+    best = min(_LIMITS, key=lambda part: _residual_of_limit(rows, part * most))
     near = np.linspace(max(best - _STEP, _STEP), min(best + _STEP, 1.0), _FINE)
-    return most * float(min(near, key=lambda part: _left(rows, float(part) * most)))
+    return most * float(min(near, key=lambda part: _residual_of_limit(rows, float(part) * most)))
 
 
-def _left(rows: list[Rows], most: float) -> float:
+def _residual_of_limit(rows: list[Rows], most: float) -> float:
     """Squared residual share of a limited force."""
-    table = np.concatenate([columns(r, STRUCTURES[ABOUT], 1.0) for r in limited(rows, most)])
+    table = np.concatenate([columns(r, STRUCTURES[ABOUT], 1.0) for r in limit_force(rows, most)])
     force = table[:, -1]
     missed = force - table[:, :-1] @ np.linalg.lstsq(table[:, :-1], force, rcond=None)[0]
     return float(missed @ missed) / (float(force @ force) or 1.0)
 
 
-def limited(rows: list[Rows], most: float) -> list[Rows]:
+def limit_force(rows: list[Rows], most: float) -> list[Rows]:
     return [r._replace(force=np.clip(r.force, -most, most)) for r in rows]
 
 
-def warned(rows: list[Rows], gain: float) -> None:
+def warn_of_hints(rows: list[Rows], gain: float) -> None:
     late = _shown_late(rows)
     rows = late or rows
     most = limit(rows)
-    cut = limited(rows, most)
+    cut = limit_force(rows, most)
     lowered = lowered_by(rows, cut, ABOUT)
     if lowered is None:
         return
@@ -261,7 +264,7 @@ def warned(rows: list[Rows], gain: float) -> None:
         "If the amplifier saturates, --limit (`limit`) finds the limit; drag that grows "
         "faster than the speed looks alike"
     )
-    _doubted(found, lowered, remedy)
+    _warn(found, lowered, remedy)
     if late is None:  # a limit may hide a delay
         _shown_late(cut)
 
@@ -269,7 +272,7 @@ def warned(rows: list[Rows], gain: float) -> None:
 def _shown_late(rows: list[Rows]) -> list[Rows] | None:
     """Warn of a late force; returns the shifted records then."""
     samples = delay(rows, -_EARLY)
-    other = moved(rows, samples)
+    other = delay_samples(rows, samples)
     # At the end of what is tried it is no shift of the columns.
     within = samples and samples != -_EARLY
     lowered = lowered_by(rows, other, ABOUT) if within else None
@@ -290,10 +293,10 @@ def _late(samples: int, dt: float, lowered: float) -> None:
         if samples > 0
         else "If u and x were recorded by two clocks, or u is filtered, shift one of them"
     )
-    _doubted(found, lowered, remedy)
+    _warn(found, lowered, remedy)
 
 
-def _doubted(found: str, lowered: float, remedy: str) -> None:
+def _warn(found: str, lowered: float, remedy: str) -> None:
     notice(
         DataWarning,
         f"{found}: this {_gain(lowered)}, and the parameters are wrong by more "
@@ -301,14 +304,14 @@ def _doubted(found: str, lowered: float, remedy: str) -> None:
     )
 
 
-def suspected(rows: Sequence[Rows], structure: str) -> float | None:
+def gravity_share(rows: Sequence[Rows], structure: str) -> float | None:
     """Share of the force error that gravity on an eccentric load would explain."""
     hung = [r._replace(eccentric=True) for r in rows]
     return lowered_by(list(rows), hung, structure)
 
 
 def warned_of_load(rows: Sequence[Rows], structure: str) -> None:
-    lowered = suspected(rows, structure)
+    lowered = gravity_share(rows, structure)
     if lowered is not None:
         notice(
             DataWarning,
@@ -330,7 +333,7 @@ def jumps(run: Run, where: str) -> None:
     """Reject a position that jumps: a counter that wraps, or missing rows."""
     large, said = _apart(run.x), "all other steps are"
     if large is None:
-        large, said = _lost(run.x), "other steps differ from the one before by"
+        large, said = _lost_counts(run.x), "other steps differ from the one before by"
     if large is None:
         return
     many, at, rest = large
@@ -360,7 +363,7 @@ def _largest(values: Array, count: int) -> Array:
     return np.sort(values[-count - 1 :])[::-1]
 
 
-def _lost(x: Array) -> tuple[int, int, float] | None:
+def _lost_counts(x: Array) -> tuple[int, int, float] | None:
     """As `_apart`, for counts lost in motion: steps that differ from both neighbours."""
     count = int(_JUMPS * (len(x) - 1))
     most = _largest(np.diff(x, 2), 2 * count)
@@ -403,7 +406,7 @@ def coarse(axes: Sequence[Axis], dt: float) -> None:
         )
 
 
-def mixed(names: Sequence[str], rows: Sequence[Rows]) -> None:
+def warn_of_mixture(names: Sequence[str], rows: Sequence[Rows]) -> None:
     if len(directions(np.concatenate([r.v for r in rows]))) == 1 and "coulomb" not in names:
         notice(
             DataWarning,

@@ -49,7 +49,7 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     extent = float(np.ptp(x))
     if not extent > 0.0:
         return None
-    basis = np.linalg.qr(_scaled(np.concatenate([t[::every] for t in taken])))[0]
+    basis = np.linalg.qr(_unit_columns(np.concatenate([t[::every] for t in taken])))[0]
     left = np.concatenate([f[::every] for f in force])
     left = left - basis @ (basis.T @ left)
     tried = np.arange(round(_LEAST * _FINE), round(_MOST * _FINE))
@@ -59,15 +59,15 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     step = 2.0 * np.pi / _FINE / extent
     # The best of a period more or less is next to the best of some; a peak is two steps wide.
     nearby = step * (tried[at] + np.linspace(-1.0, 1.0, 2 * _FINE + 1))
-    near = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
+    near = float(max(nearby, key=lambda turn: _explained_power(turn, x, left, basis)[0]))
     far = nearby[1] - nearby[0]
 
     def missed(turn: float) -> float:
-        return -_explained(float(turn), x, left, basis)[0]
+        return -_explained_power(float(turn), x, left, basis)[0]
 
     bounds, how = (near - far, near + far), {"xatol": _EXACT * step}
     best = float(minimize_scalar(missed, bounds=bounds, method="bounded", options=how).x)
-    power, (sine, cosine) = _explained(best, x, left, basis)
+    power, (sine, cosine) = _explained_power(best, x, left, basis)
     parts = np.split(left, np.cumsum([len(f[::every]) for f in force])[:-1])
     gone = sum(float(np.abs(np.diff(p)).sum()) for p in place)
     rare = _by_chance(parts, len(tried), best * gone / (2.0 * np.pi))
@@ -87,7 +87,7 @@ def _by_chance(left: list[Array], tried: int, passed: float) -> float:
     return float(1.0 - (_CHANCE / tried) ** (1.0 / max(0.5 * many - 1.0, 1.0)))
 
 
-def _scaled(table: Array) -> Array:
+def _unit_columns(table: Array) -> Array:
     size = np.linalg.norm(table, axis=0)
     return table / np.where(size > 0.0, size, 1.0)
 
@@ -111,7 +111,7 @@ def _powers(tried: npt.NDArray[np.intp], part: Array, left: Array, basis: Array)
     return np.asarray((sines * c**2 + cosines * s**2 - 2.0 * both * c * s) / size)
 
 
-def _explained(turn: float, x: Array, left: Array, basis: Array) -> tuple[float, Array]:
+def _explained_power(turn: float, x: Array, left: Array, basis: Array) -> tuple[float, Array]:
     """Power explained by a period beside the parameters, and its sine and cosine."""
     pair = np.stack([np.sin(turn * x), np.cos(turn * x)], axis=1)
     own = pair - basis @ (basis.T @ pair)

@@ -69,7 +69,7 @@ class Solution(NamedTuple):
     starts: Mapping[str, float] = MappingProxyType({})
 
 
-def prepared(
+def prepare_task(
     u: Signals,
     y: Signals,
     na: int,
@@ -122,12 +122,12 @@ def prepared(
     return Task(data, int(na), int(nb), float(dt), int(delay), int(starts))
 
 
-def delayed(x: Array, k: int) -> Array:
+def delay(x: Array, k: int) -> Array:
     """A signal delayed by samples, zeros before it."""
     return x if k == 0 else np.concatenate([np.zeros(min(k, len(x))), x[:-k]])
 
 
-def filtered(a: Array, x: Array) -> Array:
+def filter_by(a: Array, x: Array) -> Array:
     """x / A(z) from a zero state."""
     from scipy.signal import lfilter
 
@@ -141,19 +141,19 @@ def regressors(task: Task, outputs: Sequence[Array], a: Array) -> Array:
     for i, (u, y) in enumerate(zip(task.inputs, outputs, strict=True)):
         rows = slice(row, row + len(u))
         row += len(u)
-        past, drive = filtered(a, y), filtered(a, u)
+        past, drive = filter_by(a, y), filter_by(a, u)
         for j in range(task.na):
-            matrix[rows, j] = -delayed(past, j + 1)
+            matrix[rows, j] = -delay(past, j + 1)
         for j in range(task.nb):
-            matrix[rows, task.na + j] = delayed(drive, j + task.delay)
+            matrix[rows, task.na + j] = delay(drive, j + task.delay)
         if task.starts:
-            impulse = filtered(a, np.eye(1, len(u))[0])
+            impulse = filter_by(a, np.eye(1, len(u))[0])
             for j in range(task.starts):
-                matrix[rows, task.size + i * task.starts + j] = delayed(impulse, j)
+                matrix[rows, task.size + i * task.starts + j] = delay(impulse, j)
     return matrix
 
 
-def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
+def solve(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
     """theta of psi' W (target - phi theta) = 0, columns scaled; psi is phi for least squares."""
     scale = np.sqrt(np.einsum("ij,ij->j", phi, phi))
     if (scale == 0.0).any():
@@ -208,7 +208,7 @@ def per_record(task: Task, stacked: Array) -> tuple[Array, ...]:
     return tuple(np.split(stacked, np.cumsum([len(u) for u in task.inputs])[:-1]))
 
 
-def whitened(task: Task, d: Array, stacked: Array) -> Array:
+def whiten(task: Task, d: Array, stacked: Array) -> Array:
     """D(z) x of every record; 0 where D reaches samples before a record or without weight."""
     from scipy.signal import lfilter
 
@@ -224,7 +224,7 @@ def whitened(task: Task, d: Array, stacked: Array) -> Array:
     return np.concatenate(parts)
 
 
-def settled(
+def is_settled(
     task: Task, new: Array, old: Array, solution: Solution, part: float = _TOLERANCE
 ) -> bool:
     """Whether the model moved by a small part of its standard errors."""
@@ -242,11 +242,11 @@ def equation_error(task: Task) -> Solution:
     """Least squares of the one-step errors."""
     phi = regressors(task, task.outputs, WHITE)
     target = np.concatenate(task.outputs)
-    theta = solved(phi, phi, target, task.roots)
+    theta = solve(phi, phi, target, task.roots)
     return Solution(theta, phi, target - phi @ theta)
 
 
-def iterated(task: Task, *, instruments: bool) -> Solution:
+def iterate(task: Task, *, instruments: bool) -> Solution:
     """Steiglitz-McBride; with instruments the simplified refined method, which starts there."""
     # The output error y - (B / A) u is (A y - B u) / A: not linear in A, but it is once the A of
     # the division is held at its last value A', as the one-step error of the filtered signals,
@@ -255,24 +255,24 @@ def iterated(task: Task, *, instruments: bool) -> Solution:
     # Least squares solves phi' (target - phi theta) = 0, and is biased because phi holds the
     # measured y, whose noise is also in the residual. The instruments psi are the same regressors
     # made of the model's own output (B' / A') u, which is free of noise.
-    solution = iterated(task, instruments=False) if instruments else equation_error(task)
+    solution = iterate(task, instruments=False) if instruments else equation_error(task)
     done, count = False, 0
     while not done and count < MAX_ITERATIONS:
         count += 1
         a = stable(solution.theta[: task.na])
         phi = regressors(task, task.outputs, a)
-        target = np.concatenate([filtered(a, y) for y in task.outputs])
+        target = np.concatenate([filter_by(a, y) for y in task.outputs])
         psi = phi
         if instruments:
             psi = regressors(task, free_runs(task, np.r_[a, solution.theta[task.na :]]), a)
-        theta = solved(psi, phi, target, task.roots)
+        theta = solve(psi, phi, target, task.roots)
         new = Solution(theta, psi, target - phi @ theta)
-        done = settled(task, theta, solution.theta, new)
+        done = is_settled(task, theta, solution.theta, new)
         solution = new
     return solution._replace(iterations=count, converged=done)
 
 
-def generalised(task: Task, order: int) -> Solution:
+def generalise(task: Task, order: int) -> Solution:
     """Least squares through D, an autoregression of the one-step errors, until both settle."""
     first = solution = equation_error(task)
     target, d = np.concatenate(task.outputs), np.zeros(order)
@@ -282,10 +282,10 @@ def generalised(task: Task, order: int) -> Solution:
         count += 1
         past = np.concatenate([_lags(e, order)[order:] for e in errors])
         d = np.linalg.lstsq(past, np.concatenate([e[order:] for e in errors]), rcond=None)[0]
-        phi, through = whitened(task, d, first.psi), whitened(task, d, target)
-        theta = solved(phi, phi, through, task.roots)
+        phi, through = whiten(task, d, first.psi), whiten(task, d, target)
+        theta = solve(phi, phi, through, task.roots)
         new = Solution(theta, phi, through - phi @ theta)
-        done = settled(task, theta, solution.theta, new)
+        done = is_settled(task, theta, solution.theta, new)
         solution = new
         errors = per_record(task, target - first.psi @ theta)
     # Past outputs hold past noise, so an error of D correlates with that of A: slopes are of both.
@@ -295,48 +295,50 @@ def generalised(task: Task, order: int) -> Solution:
 
 def _lags(e: Array, order: int) -> Array:
     """Residuals of 1 to `order` samples before, negative; zero where D cannot judge, (n, order)."""
-    rows = np.column_stack([-delayed(e, i + 1) for i in range(order)])
+    rows = np.column_stack([-delay(e, i + 1) for i in range(order)])
     rows[:order] = 0.0
     return rows
 
 
-def linearised(task: Task, theta: Array, noise: Array = WHITE) -> Solution:
+def linearise(task: Task, theta: Array, noise: Array = WHITE) -> Solution:
     """Errors and slopes of the free simulation, both through D."""
     # Of A x = B u: dx/da_i = -z^-i x / A and dx/db_j = z^-j u / A. That is the matrix of
     # regressors with the free run x in place of the measured y, all through 1 / A.
     runs = free_runs(task, theta)
     psi = regressors(task, runs, theta[: task.na])
     missed = np.concatenate(task.outputs) - np.concatenate(runs)
-    psi, missed = whitened(task, noise, psi), whitened(task, noise, missed)
+    psi, missed = whiten(task, noise, psi), whiten(task, noise, missed)
     return Solution(theta, psi, missed, noise=noise)
 
 
 def begins(task: Task) -> dict[str, Array]:
     """Starting points of the search: results of the other methods."""
-    found = {"mls": iterated(task, instruments=False).theta}
+    found = {"mls": iterate(task, instruments=False).theta}
     with suppress(InputError):
-        found["sriv"] = iterated(task, instruments=True).theta
+        found["sriv"] = iterate(task, instruments=True).theta
     with suppress(InputError):
         found["least_squares"] = equation_error(task).theta
     if task.na > 1:
         with suppress(InputError):
-            low = iterated(task._replace(na=1, nb=1), instruments=False).theta
+            low = iterate(task._replace(na=1, nb=1), instruments=False).theta
             theta = np.zeros(len(found["mls"]))
             theta[[0, task.na]] = low[:2]
             found["first order"] = theta
     return {n: t for n, t in found.items() if np.isfinite(t).all()}
 
 
-def searched(task: Task, tried: Mapping[str, Array], noise: Array = WHITE) -> dict[str, Solution]:
+def search_minima(
+    task: Task, tried: Mapping[str, Array], noise: Array = WHITE
+) -> dict[str, Solution]:
     """Minima of the free-run error through D next to each starting point, the best one first."""
-    ends = {name: _descended(task, theta, noise) for name, theta in tried.items()}
+    ends = {name: _descend(task, theta, noise) for name, theta in tried.items()}
     roots = task.roots
     costs = {name: float(((end.residual * roots) ** 2).sum()) for name, end in ends.items()}
     best = min(costs, key=lambda name: costs[name] if np.isfinite(costs[name]) else np.inf)
     return {best: ends[best], **ends}
 
 
-def _descended(task: Task, begin: Array, noise: Array) -> Solution:
+def _descend(task: Task, begin: Array, noise: Array) -> Solution:
     roots = task.roots
 
     def missed(theta: Array) -> Array:
@@ -344,38 +346,38 @@ def _descended(task: Task, begin: Array, noise: Array) -> Solution:
         if stable(a) is not a:  # a step out of the stable region is taken back
             return np.full(len(roots), np.inf)
         error = np.concatenate(task.outputs) - np.concatenate(free_runs(task, theta))
-        return np.asarray(whitened(task, noise, error) * roots)
+        return np.asarray(whiten(task, noise, error) * roots)
 
     def slopes(theta: Array) -> Array:
-        return np.asarray(-linearised(task, theta, noise).psi * roots[:, None])
+        return np.asarray(-linearise(task, theta, noise).psi * roots[:, None])
 
     first = np.r_[stable(begin[: task.na]), begin[task.na :]]
     if not np.isfinite(missed(first)).all():
-        return linearised(task, first, noise)._replace(converged=False)
+        return linearise(task, first, noise)._replace(converged=False)
     found = least_squares(
         missed, first, slopes, x_scale="jac", max_nfev=MAX_ITERATIONS,
         ftol=_FINEST, xtol=_FINEST, gtol=_FINEST,
     )  # fmt: skip
-    end = linearised(task, np.asarray(found.x), noise)
+    end = linearise(task, np.asarray(found.x), noise)
     return end._replace(iterations=int(found.nfev), converged=bool(found.status > 0))
 
 
 def box_jenkins(task: Task) -> Solution:
     """Output error through D, an autoregression of the output noise, until both settle."""
-    solution = next(iter(searched(task, begins(task)).values()))
+    solution = next(iter(search_minima(task, begins(task)).values()))
     done, count = False, 0
     while not done and count < _ROUNDS:
         count += 1
-        errors = per_record(task, linearised(task, solution.theta).residual)
+        errors = per_record(task, linearise(task, solution.theta).residual)
         d = autoregression([e * (r.w > 0.0) for e, r in zip(errors, task.data, strict=True)])[0]
         u, y = (
-            per_record(task, whitened(task, d, np.concatenate(each)))
+            per_record(task, whiten(task, d, np.concatenate(each)))
             for each in (task.inputs, task.outputs)
         )
         through = [Record(a, b, r.w) for a, b, r in zip(u, y, task.data, strict=True)]
         tried = {"last": solution.theta, **begins(task._replace(data=through))}
-        new = next(iter(searched(task, tried, d).values()))
-        done = new.converged and settled(task, new.theta, solution.theta, new, _PART)
+        new = next(iter(search_minima(task, tried, d).values()))
+        done = new.converged and is_settled(task, new.theta, solution.theta, new, _PART)
         solution = new
     return solution._replace(iterations=count, converged=done)
 

@@ -14,7 +14,16 @@ from macromicro.identify import _counts, clusters
 from macromicro.identify._disturbances import Ripple, ripple
 from macromicro.identify.axis_inverse import differences
 from macromicro.identify.clusters import Spread
-from macromicro.identify.engine import Fit, Index, Pieces, Simulated, Space, cleared, fit, settled
+from macromicro.identify.engine import (
+    Fit,
+    Index,
+    Pieces,
+    Simulated,
+    Space,
+    fit,
+    settle_starts,
+    without_starts,
+)
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled
@@ -55,14 +64,14 @@ class Model(NamedTuple):
 
     def simulated(self, values: Array, pieces: Pieces) -> Array:
         axis = self.axis(values)
-        force = _delayed(pieces, axis.lag)
+        force = _delay_force(pieces, axis.lag)
         out = np.empty((2, len(pieces.y)))
         plain = Axis(*(float(value) for value in axis))
         compiled(restarted)(plain, np.ascontiguousarray(force), *pieces[1:6], out)
         return np.asarray(out[int(self.speed)])
 
 
-def _delayed(pieces: Pieces, lag: float) -> Array:
+def _delay_force(pieces: Pieces, lag: float) -> Array:
     """The force of the pieces, late by a time."""
     steps = np.unique(pieces.dt).tolist()
     made = late(pieces.force, lag / steps[0])
@@ -79,15 +88,15 @@ class Found(NamedTuple):
     spread: Spread
 
 
-def located(run: Run, speed: bool) -> tuple[Array, Array]:
+def locate(run: Run, speed: bool) -> tuple[Array, Array]:
     """Smooth places and speeds of a record."""
     if speed:
-        smooth = differences(Run(run.t, run.u, _summed(run)), run.u, CORNER / run.dt, 1)
+        smooth = differences(Run(run.t, run.u, _sum_force(run)), run.u, CORNER / run.dt, 1)
         return smooth.run.x, smooth.v
     return run.x, differences(run, run.u, CORNER / run.dt, 1).v
 
 
-def _summed(run: Run) -> Array:
+def _sum_force(run: Run) -> Array:
     step = 0.5 * (run.x[1:] + run.x[:-1]) * run.dt
     place = np.concatenate([[0.0], np.cumsum(step)])
     return np.asarray(place - place.mean())  # a spring rests at about the mean
@@ -119,7 +128,7 @@ def pieces(
     used = 0
     for r in records:
         n = len(r.x)
-        place, rate = located(r, speed)
+        place, rate = locate(r, speed)
         cuts = starts(place, rate, max(int(n / length), 1))
         for first, last in zip(cuts, [*cuts[1:], n], strict=True):
             before = r.u[max(first - lead, 0) : first]
@@ -135,7 +144,7 @@ def pieces(
 
 def space(model: Model, records: Sequence[Run], begin: Axis) -> Space:
     """Scales and bounds of the parameters."""
-    states = [located(r, model.speed) for r in records]
+    states = [locate(r, model.speed) for r in records]
     place = max(float(np.ptp(x)) for x, _ in states) or 1.0
     rate = max(float(np.abs(v).max()) for _, v in states) or 1.0
     push = max(float(np.abs(r.u).max()) for r in records)
@@ -167,7 +176,7 @@ def noise(records: Sequence[Run]) -> float:
     return float(np.mean(found))
 
 
-def fitted(
+def fit_starts(
     records: Sequence[Run], model: Model, begins: Sequence[Axis], lead: int = 0
 ) -> list[Fit]:
     """Output error over pieces from several starts, the nearest first."""
@@ -181,7 +190,7 @@ def fitted(
     return sorted((end for end in ends if np.isfinite(end.rms)), key=lambda end: end.rms)
 
 
-def started(
+def initial_state(
     run: Run, model: Model, axis: Axis, near: tuple[float, float] | None = None
 ) -> tuple[float, float]:
     """State at a record's start from which the free simulation is nearest to it."""
@@ -198,7 +207,7 @@ def started(
         tried = [whole._replace(x=whole.x + part * where.states[0]) for part in _PLACES]
     ends = []
     for begin in tried:
-        end = settled(fixed.simulated, where, begin, np.empty(0))
+        end = settle_starts(fixed.simulated, where, begin, np.empty(0))
         error = fixed.simulated(np.empty(0), end) - end.y
         ends.append((float(error @ error), float(end.x[0]), float(end.v[0])))
     return min(ends)[1:]
@@ -263,10 +272,10 @@ def _memory(model: Model, end: Fit) -> float:
 
 def _spread(end: Fit, edges: npt.ArrayLike) -> Spread:
     free = ~end.bound
-    return widened(clusters.spread(end.slopes[:, free], end.residual, edges), free)
+    return widen(clusters.spread(end.slopes[:, free], end.residual, edges), free)
 
 
-def widened(part: Spread, free: npt.NDArray[np.bool_]) -> Spread:
+def widen(part: Spread, free: npt.NDArray[np.bool_]) -> Spread:
     """The uncertainty of some of the parameters among all of them."""
     made = clusters.unknown(len(free))
     at = np.ix_(free, free)
@@ -276,7 +285,7 @@ def widened(part: Spread, free: npt.NDArray[np.bool_]) -> Spread:
     return Spread(made.covariance, shares)
 
 
-def repeated(end: Fit, simulation: Simulated, axis: Axis) -> Ripple | None:
+def find_ripple(end: Fit, simulation: Simulated, axis: Axis) -> Ripple | None:
     """A force that repeats along the way, in the force that explains the residuals."""
     table = np.column_stack([end.slopes, -end.residual])
     simulated = simulation(end.values, end.pieces)
@@ -318,13 +327,13 @@ def under(found: Found, simulated: Simulated, repeats: Ripple) -> Found:
         force = pieces.force.copy()
         force[rows] += repeats.at(pieces.y, turn)
         moved = simulated(end.values, pieces._replace(force=force)) - plain
-        moved = cleared(simulated, end, moved)
+        moved = without_starts(simulated, end, moved)
         by = np.linalg.lstsq(end.slopes / size, moved, rcond=None)[0] / size
         covariance += 0.5 * np.outer(by, by)
     return found._replace(spread=found.spread._replace(covariance=covariance))
 
 
-def rounded(found: Found, records: Sequence[Run]) -> Found:
+def floor_errors(found: Found, records: Sequence[Run]) -> Found:
     """The errors, none below those that rounding to counts makes where it is all that is left."""
     # Rounding repeats in all parts of a periodic motion, so their scatter tells less than it does.
     end = found.fit
@@ -344,7 +353,7 @@ def rounded(found: Found, records: Sequence[Run]) -> Found:
     return found._replace(spread=found.spread._replace(covariance=covariance))
 
 
-def doubted(found: Found, names: tuple[str, ...]) -> None:
+def warn_of_unseen(found: Found, names: tuple[str, ...]) -> None:
     """Warn of parameters that the records do not show; these lose their errors."""
     end, covariance = found.fit, found.spread.covariance
     if not end.settled:
@@ -360,7 +369,7 @@ def doubted(found: Found, names: tuple[str, ...]) -> None:
     for name in lost:
         at = names.index(name)
         covariance[at, :] = covariance[:, at] = np.nan
-    clusters.mixed(found.spread, names, end.values)
+    clusters.warn_of_mixture(found.spread, names, end.values)
 
 
 def is_long(runs: list[Run]) -> bool:
@@ -379,7 +388,7 @@ def stretches(runs: list[Run], count: int = _PARTS, length: int | None = None) -
     return made
 
 
-def shortened(runs: list[Run], axis: Axis) -> list[Run]:
+def shorten(runs: list[Run], axis: Axis) -> list[Run]:
     """The records as means over blocks that are short for an axis; parts of what is still long."""
     total = sum(len(run.t) for run in runs)
     many = -(-total // LONG)

@@ -15,7 +15,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, there
+from macromicro.identify.picking import Picked, Picking, Role, alike, load, there
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable
@@ -59,7 +59,7 @@ def pairs(t: Iterable[Array], measured: Iterable[Array], model: Iterable[Array])
     return [Pair("", *each) for each in zip(t, measured, model, strict=True)]
 
 
-def completed(
+def complete(
     result: Result,
     unit: str = "",
     tests: Sequence[Pair] = (),
@@ -93,7 +93,7 @@ def records(
     picking: Picking, roles: Sequence[Role], tests: Sequence[str]
 ) -> tuple[list[Picked], list[Picked]]:
     """Columns of the records to fit and of the validation records, in the same units."""
-    tables = loaded(picking, roles)
+    tables = load(picking, roles)
     return tables, unseen(tests, picking, roles, tables[0])
 
 
@@ -104,7 +104,7 @@ def unseen(
     if not tests:
         return []
     refuse_fitted(tests, what)
-    found = loaded(Picking(there(list(tests)), what.columns), roles)
+    found = load(Picking(there(list(tests)), what.columns), roles)
     for table in found:
         alike(table, first.units, first.file)
     return found
@@ -148,7 +148,7 @@ def of_range(test: Pair, extent: float, how: str = "") -> tuple[str, str]:
     return f"prediction of {test.file}", ", ".join(filter(None, (text, how)))
 
 
-def undetermined(lines: Sequence[Line], names: Iterable[str]) -> None:
+def warn_of_undetermined(lines: Sequence[Line], names: Iterable[str]) -> None:
     """Warn of parameters that cannot be 0 and whose standard error exceeds their value."""
     wanted = set(names)
     lost = [line.name for line in lines if line.name in wanted and line.error > abs(line.value)]

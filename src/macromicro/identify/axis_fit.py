@@ -21,17 +21,17 @@ from macromicro.identify.axis_inverse import (
     Estimate,
     Rows,
     differences,
-    fitted,
-    instrumented,
+    fit_structure,
     plausible,
     under,
+    with_instruments,
     with_lag,
 )
 from macromicro.identify.engine import Judged, turn
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import fit_percent, flag_saturation
 from macromicro.identify.runs import Run, checked
-from macromicro.identify.sprung_fit import FIT, Load, SprungFit, concluded
+from macromicro.identify.sprung_fit import FIT, Load, SprungFit, conclude
 from macromicro.models.mass import Axis, late, motion, simulate
 
 _LEAST = 200
@@ -219,15 +219,15 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     lag = error = 0.0
     if delay == FIT:
         lag, error = _axis_hints.lag(as_sent)
-        rows = _axis_hints.pushed(as_sent, lag)
+        rows = _axis_hints.lag_force(as_sent, lag)
     else:
-        _axis_hints.warned(rows, gain)
+        _axis_hints.warn_of_hints(rows, gain)
     judged = Judged(structure, {}, {})
     if structure == "auto":
-        judged = _axis_hints.chosen(rows)
+        judged = _axis_hints.choose_structure(rows)
     if eccentric is None:
         _axis_hints.warned_of_load(rows, judged.structure)
-    inverse = instrumented(rows, fitted(rows, judged.structure))
+    inverse = with_instruments(rows, fit_structure(rows, judged.structure))
     _axis_hints.against(inverse)
     if not plausible(inverse):
         notice(
@@ -236,32 +236,32 @@ def drive(  # noqa: PLR0913 -- one parameter per option
             "output error keeps them above zero",
         )
     records = [run._replace(u=driven.force(run.u)) for run in runs]
-    kept = _moved_mass.shortened(records, inverse.axis)
+    kept = _moved_mass.shorten(records, inverse.axis)
     load = Load(eccentric=bool(eccentric), lag=FIT if delay == FIT else 0.0)
     model = load.model(judged.structure)
     lead = math.ceil(2.0 * lag / min(r.dt for r in kept)) + _LATER if delay == FIT else 0
     begin = _begin(model, inverse.axis._replace(lag=lag))
     missed = _held_out(kept, holdout, model, begin, lead)
-    ends = _moved_mass.fitted(kept, model, [begin], lead)
+    ends = _moved_mass.fit_starts(kept, model, [begin], lead)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
-        fit = concluded(kept, load, judged, ends, lead, whole=records, gain=gain)
+        fit = conclude(kept, load, judged, ends, lead, whole=records, gain=gain)
     inverse = under(rows, inverse, fit.repeats)
     if delay == FIT:
-        later = _axis_hints.pushed(as_sent, lag + error)
-        other = instrumented(later, fitted(later, judged.structure))
+        later = _axis_hints.lag_force(as_sent, lag + error)
+        other = with_instruments(later, fit_structure(later, judged.structure))
         inverse = with_lag(inverse, lag, error, other.values - inverse.values)
-    refined = _refined(fit, runs)
+    refined = _refine(fit, runs)
     starts, free, residuals = fit.starts, fit.free_run, fit.residuals
     if not is_surer(inverse, refined):
         for doubt in doubts:
             warnings.warn(doubt.message, doubt.category, stacklevel=2)
     else:
-        clusters.mixed(inverse.spread, inverse.names, inverse.values)
+        clusters.warn_of_mixture(inverse.spread, inverse.names, inverse.values)
         starts, free = _free_runs(records, model, inverse.axis, fit.starts)
         residuals = tuple(r.x - run for r, run in zip(runs, free, strict=True))
     _axis_hints.apart(inverse, refined)
-    _axis_hints.mixed(inverse.names, rows)
+    _axis_hints.warn_of_mixture(inverse.names, rows)
     _axis_hints.coarse((inverse.axis, fit.axis), runs[0].dt)
     return DriveFit(
         judged.structure,
@@ -308,7 +308,7 @@ def _free_runs(
     records: list[Run], model: Model, axis: Axis, near: Sequence[tuple[float, float]]
 ) -> tuple[tuple[tuple[float, float], ...], tuple[Array, ...]]:
     starts = tuple(
-        _moved_mass.started(r, model, axis, at) for r, at in zip(records, near, strict=True)
+        _moved_mass.initial_state(r, model, axis, at) for r, at in zip(records, near, strict=True)
     )
     free = (motion(axis, r.u, r.dt, *at)[0] for r, at in zip(records, starts, strict=True))
     return starts, tuple(free)
@@ -319,7 +319,7 @@ def _size(parts: Sequence[Array]) -> float:
     return math.sqrt(sum(float(p @ p) for p in parts) / sum(map(len, parts)))
 
 
-def _refined(fit: SprungFit, runs: list[Run]) -> Estimate:
+def _refine(fit: SprungFit, runs: list[Run]) -> Estimate:
     percent = 100.0 - fit_percent([r.x for r in runs], fit.free_run)
     return Estimate(
         fit.axis, fit.names, fit.covariance, fit.rms, percent, fit.spread.shares, fit.repeats
@@ -395,8 +395,10 @@ def _held_out(records: list[Run], holdout: float, model: Model, begin: Axis, lea
         held = turn(np.arange(len(blocks))) == 0
         train = [block for block, out in zip(blocks, held, strict=True) if not out]
         test = [block for block, out in zip(blocks, held, strict=True) if out]
-    axis = model.axis(_moved_mass.fitted(train, model, [begin], lead)[0].values)
-    missed = [r.x - motion(axis, r.u, r.dt, *_moved_mass.started(r, model, axis))[0] for r in test]
+    axis = model.axis(_moved_mass.fit_starts(train, model, [begin], lead)[0].values)
+    missed = [
+        r.x - motion(axis, r.u, r.dt, *_moved_mass.initial_state(r, model, axis))[0] for r in test
+    ]
     return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
 
 
@@ -417,5 +419,5 @@ def _blocks(run: Run) -> list[Run]:
 
 
 def _directions(records: list[Run]) -> set[float]:
-    speeds = np.concatenate([_moved_mass.located(r, False)[1] for r in records])
+    speeds = np.concatenate([_moved_mass.locate(r, False)[1] for r in records])
     return _axis_hints.directions(speeds, _SHARE)

@@ -135,13 +135,13 @@ def differences(
     run: Run, force: Array, cutoff: float, factor: int, *, eccentric: bool = False
 ) -> Rows:
     """Speed and acceleration of a run: central differences behind a zero-phase low-pass."""
-    smooth = smoothed(run.x, cutoff, run.dt)
+    smooth = low_pass(run.x, cutoff, run.dt)
     v, a = means(smooth, run.dt)
     still = np.abs(v) < _STILL * np.abs(v).max()
     return Rows(run, force, v, a, still, factor, cutoff, eccentric=eccentric)
 
 
-def smoothed(signal: Array, corner: float, dt: float) -> Array:
+def low_pass(signal: Array, corner: float, dt: float) -> Array:
     """A signal behind the zero-phase low-pass; unchanged for an infinite corner."""
     if math.isinf(corner):
         return signal
@@ -186,7 +186,7 @@ def columns(
         if forced:
             yield late(rows.force, HELD)
 
-    return evened(rows, made(), [*rough, True] if forced else rough)
+    return decimate_rows(rows, made(), [*rough, True] if forced else rough)
 
 
 def _fading(rows: Rows, speed: float) -> Array:
@@ -208,17 +208,17 @@ TERMS: dict[str, Callable[[Rows, float], Array]] = {
 }
 
 
-def evened(rows: Rows, signals: Iterable[Array], rough: Sequence[bool]) -> Array:
+def decimate_rows(rows: Rows, signals: Iterable[Array], rough: Sequence[bool]) -> Array:
     """Columns behind the same low-pass, decimated, without rows at rest."""
     moves = ~_standing(rows.still, rows.factor)
     kept = np.empty((int(moves.sum()), len(rough)))
     for k, (signal, is_rough) in enumerate(zip(signals, rough, strict=True)):
-        even = smoothed(signal, rows.corner, rows.run.dt) if is_rough else signal
-        kept[:, k] = _decimated(even, rows.factor)[moves]
+        even = low_pass(signal, rows.corner, rows.run.dt) if is_rough else signal
+        kept[:, k] = _decimate(even, rows.factor)[moves]
     return kept
 
 
-def stacked(rows: Sequence[Rows], made: Callable[[Rows], Array]) -> tuple[Array, list[int]]:
+def stack(rows: Sequence[Rows], made: Callable[[Rows], Array]) -> tuple[Array, list[int]]:
     """Tables of all records, each copied into place as soon as it is made to save memory."""
     first = made(rows[0])
     lengths = [len(first)]
@@ -238,7 +238,7 @@ def _most(rows: Rows) -> int:
     return n if factor == 1 else len(range(10 * factor, n - 10 * factor, factor))
 
 
-def _decimated(column: Array, factor: int) -> Array:
+def _decimate(column: Array, factor: int) -> Array:
     """Every `factor`-th value behind a zero-phase low-pass, without the filter's ends."""
     if factor == 1:
         return column
@@ -307,11 +307,11 @@ def with_lag(found: Estimate, lag: float, error: float, moved: Array) -> Estimat
 
 def by_speed(rows: list[Rows], estimate: Estimate) -> Array:
     p = estimate.axis
-    table, _ = stacked(rows, lambda r: columns(r, (SPEED,), p.stribeck_speed, forced=False))
+    table, _ = stack(rows, lambda r: columns(r, (SPEED,), p.stribeck_speed, forced=False))
     return np.asarray(p.stribeck * table[:, 0])
 
 
-def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
+def fit_structure(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     """Least squares over all records; Stribeck's speed by search, plausible results first."""
     names = parameters(rows, structure)
     top = max(float(np.abs(r.v).max()) for r in rows)
@@ -320,7 +320,7 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     best: _Solved | None = None
     # What does not depend on Stribeck's speed is filtered once.
     fixed = tuple(n for n in linear(names) if n != "stribeck")
-    steady, _ = stacked(rows, lambda r: columns(r, fixed, top))
+    steady, _ = stack(rows, lambda r: columns(r, fixed, top))
     for k, speed in enumerate(speeds):
         try:
             found = _linear(rows, steady, names, float(speed))
@@ -368,7 +368,7 @@ def _linear(rows: list[Rows], steady: Array, names: tuple[str, ...], speed: floa
     """Least squares at a fixed Stribeck speed; `steady` holds the other columns."""
     table, each = steady, linear(names)
     if "stribeck" in names:
-        added, _ = stacked(rows, lambda r: columns(r, ("stribeck",), speed, forced=False))
+        added, _ = stack(rows, lambda r: columns(r, ("stribeck",), speed, forced=False))
         table = np.insert(table, each.index("stribeck"), added[:, 0], axis=1)
     left, force, p = table[:, :-1], table[:, -1], len(each)
     square = triangle([table])
@@ -409,7 +409,7 @@ def plausible(estimate: Estimate) -> bool:
     return p.mass > 0.0 and p.viscous >= abs(p.asymmetry) and min(p.coulomb, p.stribeck) >= 0.0
 
 
-def corrected(found: Estimate, own: Array) -> Estimate:
+def subtract_bias(found: Estimate, own: Array) -> Estimate:
     """The estimate less its bias on a free simulation of the identified axis."""
     values = found.values - (own - found.values)
     other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
@@ -427,11 +427,11 @@ _POOR = 1e8
 _LIKE = 0.9  # correlation of each instrument with its regressor, at least
 
 
-def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
+def with_instruments(rows: list[Rows], start: Estimate) -> Estimate:
     """Inverse dynamics with instruments; the start itself if its free simulation is no guide."""
     names = linear(start.names)
     speed = start.axis.stribeck_speed
-    table, _ = stacked(rows, lambda r: columns(r, names, speed))
+    table, _ = stack(rows, lambda r: columns(r, names, speed))
     left, force = table[:, :-1], table[:, -1]
     found = start
     for _ in range(_ROUNDS):
@@ -448,7 +448,7 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
             # Friction that drops within a few samples is the first to be missed by a free run
             # that otherwise correlates with the record: its reversals are blurred alike.
             others = near[[n != "stribeck" for n in names]]
-            return _unblurred(rows, start, names) if others.min() >= _LIKE else start
+            return _subtract_blur(rows, start, names) if others.min() >= _LIKE else start
         theta = np.linalg.solve(square, guides.T @ force / sizes[0]) / sizes[1]
         missed = force - left @ theta
         before, rms = found, float(np.sqrt(np.mean(missed**2)))
@@ -464,7 +464,7 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
             break
     if not plausible(found):
         return start if plausible(start) else found
-    return _unblurred(rows, found, names)
+    return _subtract_blur(rows, found, names)
 
 
 def under(rows: list[Rows], found: Estimate, repeats: Ripple | None) -> Estimate:
@@ -475,11 +475,11 @@ def under(rows: list[Rows], found: Estimate, repeats: Ripple | None) -> Estimate
 
     def quadratures(rows: Rows) -> Array:
         turns = (repeats.at(rows.run.x, turn) for turn in (0.0, 0.5 * math.pi))
-        return evened(rows, turns, [True, True])
+        return decimate_rows(rows, turns, [True, True])
 
     names = linear(found.names)
     slopes = _slopes(rows, found, _instruments(rows, found, names))
-    pair, _ = stacked(rows, quadratures)
+    pair, _ = stack(rows, quadratures)
     size = np.linalg.norm(slopes, axis=0)  # none is 0: the parameters were found by them
     moved = np.linalg.lstsq(slopes / size, pair, rcond=None)[0] / size[:, None]
     covariance = np.asarray(found.covariance + 0.5 * (moved @ moved.T))
@@ -490,13 +490,13 @@ def _slopes(rows: list[Rows], found: Estimate, guides: Array) -> Array:
     """Regressors of all parameters, to first order including Stribeck's speed."""
     if SPEED not in found.names:
         return guides
-    other, _ = stacked(
+    other, _ = stack(
         rows, lambda r: by_speed([_free(r, found)._replace(still=r.still)], found)[:, None]
     )
     return np.asarray(np.c_[guides, other])
 
 
-def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:
+def _subtract_blur(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:
     """The estimate less the bias of the method on the axis' own free simulation."""
     # The low-pass blurs reversals, where friction changes sign at once, which biases the result
     # even without noise.
@@ -517,7 +517,7 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Est
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     held = np.zeros(len(own))
     held[len(names) :] = speed
-    return corrected(found, own + held)
+    return subtract_bias(found, own + held)
 
 
 def _instruments(rows: list[Rows], estimate: Estimate, names: tuple[str, ...]) -> Array:
@@ -527,7 +527,7 @@ def _instruments(rows: list[Rows], estimate: Estimate, names: tuple[str, ...]) -
         run = _free(rows, estimate)._replace(still=rows.still)
         return columns(run, names, speed, forced=False)
 
-    return stacked(rows, made)[0]
+    return stack(rows, made)[0]
 
 
 def _free(rows: Rows, estimate: Estimate) -> Rows:

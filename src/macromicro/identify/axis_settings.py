@@ -140,7 +140,7 @@ def limber(settings: dict[str, str], drive: Drive) -> dict[str, str]:
     return found
 
 
-def turned(settings: dict[str, str], load: Eccentric = BALANCED) -> dict[str, str]:
+def as_rotary(settings: dict[str, str], load: Eccentric = BALANCED) -> dict[str, str]:
     """Settings of the machine `rotary`: a motor of k N m/A without gear or inertia."""
     named = {"motor.force": "motor.constant", "load.mass": "load.inertia"}
     found = {"motor.inertia": '"0 kg*m^2"', "drive.ratio": "1.0", "drive.inertia": '"0 kg*m^2"'}
@@ -180,4 +180,4 @@ def as_toml(
         table, _, name = path.rpartition(".")
         tables.setdefault(table, []).append(model_file.line(name, value, notes.get(path, "")))
     first = "\n".join([f'machine = "{machine}"', *tables.pop("", []), ""])
-    return model_file.written(head, first, tables)
+    return model_file.as_toml(head, first, tables)

@@ -102,13 +102,13 @@ def _follow(p: Terminal, u: Array, counts: Array, out: Array, dt: float) -> None
         out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = m.x, m.v, m.q, b.excess, surprise
 
 
-def followed(p: Terminal, r: Record, dt: float) -> Array:
+def follow_law(p: Terminal, r: Record, dt: float) -> Array:
     out = np.empty((5, len(r.u)))
     compiled(_follow)(p, r.u, r.counts, out, dt)
     return out
 
 
-def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record:
+def cut_strokes(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record:
     """A record cut into strokes, each from an effort after rest to the next one."""
     dt = float(t[1] - t[0])
     rest = max(round(_BEFORE / dt), 1)
@@ -140,7 +140,7 @@ def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record
 
 def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     dt = float(records[0][0][1] - records[0][0][0])
-    rows = [cut(*r) for r in records]
+    rows = [cut_strokes(*r) for r in records]
     ways = [r.counts[b - 1] - r.counts[a] for r in rows for a, b, _ in r.strokes]
     if len(ways) < FEWEST:
         remedy = f"Record more, each after {_BEFORE:g} s at rest without effort."
@@ -154,19 +154,19 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     if _windows(rows):
         values, parts = _ringing(rows, dt)
         p = p._replace(**values)
-        p = p._replace(share=_shared(p._replace(share=_SOME), rows, dt)[0])
+        p = p._replace(share=_swing_share(p._replace(share=_SOME), rows, dt)[0])
     for _ in range(_ROUNDS if parts else 1):
         p = _likeliest(p, rows, dt)
         if parts:
-            share, parts["share"], left = _shared(p, rows, dt)
+            share, parts["share"], left = _swing_share(p, rows, dt)
             p = p._replace(share=share)
-    motion = [followed(p, r, dt) for r in rows]
+    motion = [follow_law(p, r, dt) for r in rows]
     surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
     alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
     apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
     between = float(max(len(rows) - 1, 1))  # degrees of freedom of what differs between records
     if parts:
-        parts["share"] += [(off, between) for off in _driven(p, rows, dt, apart)]
+        parts["share"] += [(off, between) for off in _share_effects(p, rows, dt, apart)]
     give = _give(p, rows, dt) if parts else None
     if give is not None:
         push, delay = (0.5 * (apart[n][1] - apart[n][0]) if apart else 0.0 for n in _WITH)
@@ -265,7 +265,7 @@ def _together(rows: Sequence[Record], each: Array) -> Array:
     return np.array(list(kinds.values())) if len(kinds) >= FEWEST else each
 
 
-def _steadied(y: Array) -> Array:
+def _without_drift(y: Array) -> Array:
     """Without mean and slope: the laser's zero and drift."""
     k = np.linspace(-1.0, 1.0, len(y))
     return np.asarray(y - y.mean() - k * float(k @ y / (k @ k)))
@@ -276,7 +276,7 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     # In um: the search ends by absolute sizes.
     seen = [rows[k].laser[a:b] * 1e6 for k, a, b in _windows(rows)]
     longest = max(map(len, seen))
-    power = sum(np.abs(np.fft.rfft(_steadied(y), 4 * longest)) ** 2 for y in seen)
+    power = sum(np.abs(np.fft.rfft(_without_drift(y), 4 * longest)) ** 2 for y in seen)
     tones = np.fft.rfftfreq(4 * longest, dt)
     allowed = (tones > _SLOWEST / (longest * dt)) & (tones < _FASTEST / dt)
     first = float(tones[allowed][int(np.argmax(np.asarray(power)[allowed]))])
@@ -315,11 +315,12 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     return values, errors
 
 
-def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Parts, float]:
+def _swing_share(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Parts, float]:
     """Share of the swing seen by the laser, its error, degrees of freedom and residual RMS (m)."""
-    swung = [followed(p, r, dt)[2] for r in rows]
+    swung = [follow_law(p, r, dt)[2] for r in rows]
     pairs = [
-        (_steadied(rows[k].laser[a:b]), _steadied(swung[k][a:b])) for k, a, b in _windows(rows)
+        (_without_drift(rows[k].laser[a:b]), _without_drift(swung[k][a:b]))
+        for k, a, b in _windows(rows)
     ]
     total = sum(float(q @ q) for _, q in pairs)
     share = sum(float(q @ y) for y, q in pairs) / total
@@ -332,26 +333,26 @@ def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Part
     return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
-def _driven(
+def _share_effects(
     p: Terminal, rows: Sequence[Record], dt: float, apart: dict[str, tuple[float, float]]
 ) -> list[float]:
     """Effect on the share of half the difference between records, for drive and friction."""
     found = []
     for name, ends in apart.items():
-        low, high = (_shared(p._replace(**{name: v}), rows, dt)[0] for v in ends)
+        low, high = (_swing_share(p._replace(**{name: v}), rows, dt)[0] for v in ends)
         found.append(0.5 * (high - low))
     return found
 
 
 def _surprises(p: Terminal, rows: Sequence[Record], dt: float) -> Array:
     """Negative log-likelihood of the counts of each stroke."""
-    every = [followed(p, r, dt)[4] for r in rows]
+    every = [follow_law(p, r, dt)[4] for r in rows]
     return np.array(
         [float(m[a:b].sum()) for m, r in zip(every, rows, strict=True) for a, b, _ in r.strokes]
     )
 
 
-def _scaled(p: Terminal, z: Array) -> Terminal:
+def _scale(p: Terminal, z: Array) -> Terminal:
     changes = {n: float(getattr(p, n)) * math.exp(v) for n, v in zip(RIGID, z, strict=True)}
     return p._replace(**changes)
 
@@ -369,7 +370,7 @@ def _likeliest(
     def cost(z: Array) -> float:
         off = np.clip(z, -_WIDE, most)
         far = float(np.sum((z - off) ** 2))
-        return float(_surprises(_scaled(p, off), rows, dt).sum()) + 1e4 * far
+        return float(_surprises(_scale(p, off), rows, dt).sum()) + 1e4 * far
 
     best, before = np.zeros(n), math.inf
     for size in sizes:
@@ -379,7 +380,7 @@ def _likeliest(
         found = minimize(cost, best, method="Nelder-Mead", options=options, callback=halt)
         best = found.x if found.fun < before else best
         before = min(before, float(found.fun))
-    return _scaled(p, np.clip(best, -_WIDE, most))
+    return _scale(p, np.clip(best, -_WIDE, most))
 
 
 # Bristles hold a carriage at rest like a spring (Canudas de Wit et al. 1995), so small efforts and
@@ -470,7 +471,7 @@ def _columns(p: Terminal, r: Nudged, dt: float) -> tuple[Array, Array]:
     return both[:, 1:], both[:, 0]
 
 
-def moved(p: Terminal, answer: Answer) -> complex:
+def swing_motion(p: Terminal, answer: Answer) -> complex:
     """Motion due to the swing, as a share of what a laser sees without it."""
     w = 2.0 * math.pi * p.frequency
     pull = (w * w + 2j * p.decay * w) / p.push  # V: the effort that pulls as the swing does
@@ -496,9 +497,13 @@ def standing(p: Terminal, give: Give) -> tuple[float, float, float]:
     q'' + 2 decay q' + w^2 q = -x'', x = share moved q of the carriage; the laser sees share (1 +
     moved) q.
     """
-    w, heavier = 2.0 * math.pi * p.frequency, 1.0 + p.share * moved(p, give.carriage)
+    w, heavier = 2.0 * math.pi * p.frequency, 1.0 + p.share * swing_motion(p, give.carriage)
     root = (-p.decay + 1j * cmath.sqrt(w * w * heavier - p.decay * p.decay)) / heavier
-    return abs(root) / (2.0 * math.pi), -root.real, p.share * abs(1.0 + moved(p, give.platform))
+    return (
+        abs(root) / (2.0 * math.pi),
+        -root.real,
+        p.share * abs(1.0 + swing_motion(p, give.platform)),
+    )
 
 
 def unsure(p: Terminal, give: Give, push: float, delay: float) -> dict[str, float]:

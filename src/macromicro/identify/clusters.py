@@ -184,7 +184,7 @@ def unseen(slopes: Array, names: Sequence[str]) -> list[str]:
     return lost
 
 
-def mixed(found: Spread, names: Sequence[str], values: Array) -> None:
+def warn_of_mixture(found: Spread, names: Sequence[str], values: Array) -> None:
     """Warn of parameters that the records cannot separate."""
     known = np.sqrt(np.diag(found.covariance)) < _KNOWN * np.abs(values)
     # Of a few clusters two errors may go together by chance; by the slopes they do not.

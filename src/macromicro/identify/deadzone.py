@@ -111,23 +111,25 @@ def dead_zone(
     """
     runs = constant(recordings)
     both_ways(runs)
-    low, high = covered(runs, travel)
+    low, high = covered_travel(runs, travel)
     ways = [_under_way(r, low, high) for r in runs]
-    trials = tried(runs, (low, high), pause)
+    trials = find_trials(runs, (low, high), pause)
     positive, negative = (_lowest(trials, direction) for direction in (1.0, -1.0))
     volts, places, speeds = _map(runs, ways, np.linspace(low, high, bins + 1))
     width = max(positive, negative)
     return DeadZone(positive, negative, width, trials, volts, places, speeds)
 
 
-def covered(runs: Sequence[Run], travel: tuple[float, float] | None) -> tuple[float, float]:
+def covered_travel(runs: Sequence[Run], travel: tuple[float, float] | None) -> tuple[float, float]:
     low, high = travel or (min(float(r.x.min()) for r in runs), max(float(r.x.max()) for r in runs))
     if not high > low:
         raise InputError("travel", (low, high), "a range with low < high, or runs that move")
     return low, high
 
 
-def tried(runs: Sequence[Run], travel: tuple[float, float], pause: float) -> tuple[Trial, ...]:
+def find_trials(
+    runs: Sequence[Run], travel: tuple[float, float], pause: float
+) -> tuple[Trial, ...]:
     ways = [_under_way(r, *travel) for r in runs]
     delay = min((_marks(r, way)[1] - 1) * r.dt for r, way in zip(runs, ways, strict=True))
     return tuple(_trial(r, way, pause, travel, delay) for r, way in zip(runs, ways, strict=True))

@@ -40,7 +40,7 @@ class Known(Protocol):
         """Of those that were fitted."""
 
 
-def told(found: Known) -> tuple[Array, Array]:
+def gravity_terms(found: Known) -> tuple[Array, Array]:
     table = slopes(found)
     if not len(table):
         return np.empty(0), np.empty(0)

@@ -127,7 +127,7 @@ def fit(
     return Fit(at * space.scale, slopes, found.fun * space.unit, pieces, settled, ended, space)
 
 
-def cleared(simulated: Simulated, end: Fit, change: Array) -> Array:
+def without_starts(simulated: Simulated, end: Fit, change: Array) -> Array:
     """A change of the outputs at the end of a search less what initial states explain."""
     search = _Search(simulated, end.space, end.pieces)
     search.missed(end.values / end.space.scale)
@@ -136,11 +136,11 @@ def cleared(simulated: Simulated, end: Fit, change: Array) -> Array:
 
 def residual(simulated: Simulated, space: Space, pieces: Pieces, values: Array) -> Array:
     """Residuals of pieces by known parameters, the states of the pieces found."""
-    near = settled(simulated, space, pieces, values, 1)
+    near = settle_starts(simulated, space, pieces, values, 1)
     return np.asarray(_Search(simulated, space, near).missed(values / space.scale) * space.unit)
 
 
-def settled(
+def settle_starts(
     simulated: Simulated, space: Space, pieces: Pieces, values: Array, rounds: int = _ROUNDS
 ) -> Pieces:
     """The pieces from states that are nearer to their records."""

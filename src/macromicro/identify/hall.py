@@ -78,17 +78,17 @@ def calibrate(
     array([1.00e-05, 1.01e-03, 2.01e-03, 3.01e-03, 4.01e-03, 5.01e-03])
     """
     grid = np.linspace(low, high, points)
-    return _averaged(grid, _tables(runs, grid))
+    return _average(grid, _tables(runs, grid))
 
 
-def calibrated(
+def fit_table(
     runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
 ) -> HallFit:
     if len(runs) < 2:
         raise ProblemError("Hall calibration", "there are fewer than two runs", "Give two or more.")
     grid = np.linspace(low, high, points)
     tables = _tables(runs, grid)
-    made = _averaged(grid, tables)
+    made = _average(grid, tables)
     std = tables.std(axis=0, ddof=1)
     up = np.array([laser[-1] > laser[0] for _, laser in runs])
     between = np.full(points, np.nan)
@@ -115,11 +115,11 @@ def _tables(runs: Sequence[tuple[Array, Array]], grid: Array) -> Array:
     return tables
 
 
-def _averaged(grid: Array, tables: Array) -> Calibration:
+def _average(grid: Array, tables: Array) -> Calibration:
     """Mean of the runs' tables, extended at the ends and made monotone."""
     seen = np.asarray(np.isfinite(tables).all(axis=0))
     _check_covered(seen, "Hall calibration")
-    return _continued(grid, seen, tables[:, seen].mean(axis=0))
+    return _extend(grid, seen, tables[:, seen].mean(axis=0))
 
 
 def _check_covered(seen: NDArray[np.bool_], where: str) -> None:
@@ -162,7 +162,7 @@ class _Fit(NamedTuple):
 # prevents. The spline is smooth by having few pieces, their number chosen by cross-validation over
 # runs; each run counts as one observation. A penalty on third differences gave a table worse by
 # half.
-def splined(
+def fit_spline(
     runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
 ) -> SplineFit:
     """Position over sensor voltage, by a smoothing spline and a lag."""
@@ -174,11 +174,11 @@ def splined(
     rests = REST * max(_noise(v) for v, _ in runs)
     start = sorted(np.min(v) for v, _ in runs)[-2] + rests
     end = sorted(np.max(v) for v, _ in runs)[1] - rests
-    binned = [_binned(v, x, start, end) for v, x in runs]
+    binned = [_bin(v, x, start, end) for v, x in runs]
     grid = np.linspace(low, high, points)
     inside = (grid >= start) & (grid <= end)
     _check_covered(inside, "Hall calibration by a spline")
-    tried = [_fitted(binned, _knots(start, end, pieces)) for pieces in PIECES]
+    tried = [_fit_bins(binned, _knots(start, end, pieces)) for pieces in PIECES]
     best = min(range(len(tried)), key=lambda k: tried[k].missed)
     fit = tried[min(best + FINER, len(tried) - 1)]
     found, others, knots = fit.all, fit.others, fit.knots
@@ -192,7 +192,7 @@ def splined(
     up = np.array(ways)
     between = np.full(points, np.nan)
     between[inside] = 0.5 * found[-1] * (speeds[up].mean(axis=0) - speeds[~up].mean(axis=0))
-    table = _continued(grid, inside, at @ found[:-1])
+    table = _extend(grid, inside, at @ found[:-1])
     made = HallFit(table, grid, np.sqrt(len(runs)) * error, error, between, len(runs))
     wide, lag_error = within(len(runs) - 1), float(np.sqrt(covariance[-1, -1]))
     return SplineFit(made, wide, float(found[-1]), lag_error, fit.residual, len(knots) - 7)
@@ -203,7 +203,7 @@ def _noise(volts: Array) -> float:
     return float(np.std(np.diff(volts, 2)) / np.sqrt(6.0))
 
 
-def _binned(volts: Array, place: Array, start: float, end: float) -> _Run:
+def _bin(volts: Array, place: Array, start: float, end: float) -> _Run:
     """Means of a run in bins of voltage, so that slow parts do not outweigh fast ones."""
     half = max(round(SPEED * len(volts)), 1)
     later = np.minimum(np.arange(len(place)) + half, len(place) - 1)
@@ -228,7 +228,7 @@ def _knots(start: float, end: float, pieces: int) -> Array:
     return np.concatenate([[start] * 3, np.linspace(start, end, pieces + 1), [end] * 3])
 
 
-def _fitted(runs: list[_Run], knots: Array) -> _Fit:
+def _fit_bins(runs: list[_Run], knots: Array) -> _Fit:
     """Least squares over the bins of all runs, and of all but one."""
     rows = [
         np.column_stack([BSpline.design_matrix(run.volts, knots, 3).toarray(), run.speed])
@@ -241,9 +241,9 @@ def _fitted(runs: list[_Run], knots: Array) -> _Fit:
     matrices = np.array([row.T @ row for row in scaled])
     rights = np.array([row.T @ run.place for row, run in zip(scaled, runs, strict=True)])
     matrix, right = matrices.sum(axis=0), rights.sum(axis=0)
-    found = _solved(matrix, right) / unit
+    found = _solve(matrix, right) / unit
     others = np.array(
-        [_solved(matrix - m, right - r) / unit for m, r in zip(matrices, rights, strict=True)]
+        [_solve(matrix - m, right - r) / unit for m, r in zip(matrices, rights, strict=True)]
     )
     missed = sum(
         float(np.mean((run.place - row @ other) ** 2))
@@ -253,12 +253,12 @@ def _fitted(runs: list[_Run], knots: Array) -> _Fit:
     return _Fit(knots, found, others, missed, float(np.sqrt(np.mean(rest**2))))
 
 
-def _solved(matrix: Array, right: Array) -> Array:
+def _solve(matrix: Array, right: Array) -> Array:
     """Minimum-norm least squares, for pieces without readings."""
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], np.float64)
 
 
-def _continued(grid: Array, inside: NDArray[np.bool_], place: Array) -> Calibration:
+def _extend(grid: Array, inside: NDArray[np.bool_], place: Array) -> Calibration:
     """The table, extended at the ends with its last slope and made monotone."""
     step = grid[1] - grid[0]
     first, last = np.flatnonzero(inside)[[0, -1]]

@@ -45,7 +45,7 @@ class Inferred(NamedTuple):
 def on_heating(table: FodTable, x: npt.ArrayLike, doubt: Doubt | None = None) -> Inferred:
     """Temperatures along the rising branch of the major loop; `x` in mm."""
     grid, rising, _ = table.major_loop
-    return _inverted(grid, rising, table, x, doubt or Doubt())
+    return _invert(grid, rising, table, x, doubt or Doubt())
 
 
 def on_cooling(
@@ -56,10 +56,10 @@ def on_cooling(
         raise InputError("inference, peak", peak, f"a temperature above {table.lo:g} degC")
     top = min(peak, table.hi)
     grid = np.append(table.grid[table.grid < top], top)
-    return _inverted(grid, table.curve(top, grid, "descending"), table, x, doubt or Doubt())
+    return _invert(grid, table.curve(top, grid, "descending"), table, x, doubt or Doubt())
 
 
-def _inverted(
+def _invert(
     grid: Array, branch: Array, table: FodTable, x: npt.ArrayLike, doubt: Doubt
 ) -> Inferred:
     """The inverse of a branch that rises with temperature; held at its ends."""
@@ -98,7 +98,7 @@ class StepRecord(NamedTuple):
     error: Array  # standard error, K; inf where the position shows no temperature
 
 
-def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
+def average(trials: Sequence[Recording]) -> tuple[Array, Array]:
     """Mean of trials (solid line of Figure 5.10), mm."""
     if not trials:
         raise ProblemError("trials", "there is no recording", "Give one or more.")
@@ -113,7 +113,7 @@ def inferred_step(
     table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
 ) -> StepRecord:
     """Figure 5.10b: temperature rise during a step from full extension; `ambient` in deg C."""
-    return step_of(table, *averaged(trials), ambient, doubt)
+    return step_of(table, *average(trials), ambient, doubt)
 
 
 def step_of(
@@ -185,7 +185,7 @@ class CoolingFit(NamedTuple):
 
 def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> CoolingFit:
     """(5.9) from a step that is held and then set to 0 V (Figure 5.16); `ambient` in deg C."""
-    t, x = averaged(trials)
+    t, x = average(trials)
     sent = signal(trials[0]["ctrl"], "ctrl")[: len(t)]
     off = np.flatnonzero((sent[1:] <= 0.0) & (sent[:-1] > 0.0))
     if not len(off):

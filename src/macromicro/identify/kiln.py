@@ -35,7 +35,7 @@ class Profile(NamedTuple):
     position: Array  # mm
 
 
-def denoised(t: Array, temperature: Array, dt: float, noise: float = NOISE_S) -> Array:
+def denoise(t: Array, temperature: Array, dt: float, noise: float = NOISE_S) -> Array:
     """A thermocouple's readings without spikes and noise."""
     smooth = without_spikes(t, temperature).values
     samples = int(noise / dt) | 1
@@ -46,10 +46,10 @@ def denoised(t: Array, temperature: Array, dt: float, noise: float = NOISE_S) ->
     return np.asarray(savgol_filter(smooth, samples, 2), dtype=np.float64)
 
 
-def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
+def clean(recording: Recording, noise: float = NOISE_S) -> Profile:
     """Time, temperature without spikes and noise, and position of a kiln recording."""
     t = signal(recording["t"], "t")
-    temperature = denoised(t, recording["thermocouple"], recording.dt, noise)
+    temperature = denoise(t, recording["thermocouple"], recording.dt, noise)
     return Profile(t, temperature, signal(recording["position"], "position"))
 
 
@@ -92,7 +92,7 @@ def fod_table(
     smooth: float = 1.0,
 ) -> FodTable:
     """The table of Figure 5.8 from heating cycles with falling maxima; `cold` in deg C."""
-    records = [cleaned(r) for r in recordings]
+    records = [clean(r) for r in recordings]
     least = [
         max(_COLD, float(r.temperature.min()) + _ABOVE) if cold is None else cold for r in records
     ]
@@ -107,8 +107,8 @@ class Prediction(NamedTuple):
     share: float  # the RMS error as a share of the table's stroke (S2)
 
 
-def predicted(table: FodTable, recording: Recording) -> Prediction:
-    profile = cleaned(recording)
+def predict(table: FodTable, recording: Recording) -> Prediction:
+    profile = clean(recording)
     model = Preisach(table)
     x = model.run(profile.temperature)
     rms = float(np.sqrt(np.mean((x - profile.position) ** 2)))

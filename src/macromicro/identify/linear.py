@@ -14,7 +14,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _linear, clusters
-from macromicro.identify._linear import Solution, Start, Task, free_runs, prepared
+from macromicro.identify._linear import Solution, Start, Task, free_runs, prepare_task
 from macromicro.identify.clusters import Spread
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Signals, fit_percent
@@ -276,7 +276,7 @@ def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> 
     return Whiteness(r, q, p, p >= 0.01)
 
 
-def _finished(method: str, task: Task, solution: Solution) -> LinearFit:
+def _finish(method: str, task: Task, solution: Solution) -> LinearFit:
     theta, size = solution.theta, task.size
     runs = tuple(free_runs(task, theta))
     residuals = _linear.per_record(task, solution.residual)
@@ -295,7 +295,7 @@ def _finished(method: str, task: Task, solution: Solution) -> LinearFit:
         _check_rest(method, task, residuals)
     with np.errstate(over="ignore", invalid="ignore"):
         fit = fit_percent(task.outputs, runs)
-        at = _linear.linearised(task, theta) if method in _BY_FREE_RUN else solution
+        at = _linear.linearise(task, theta) if method in _BY_FREE_RUN else solution
     covariance, shares = np.full((size, size), np.nan), None
     if np.isfinite(at.psi).all() and np.isfinite(at.residual).all():
         found_spread = _linear.spread(task, at)
@@ -388,7 +388,7 @@ def _method(
         @wraps(solved)
         def fitted(*args: P.args, **named: P.kwargs) -> LinearFit:
             task = given(*args, **named)
-            return _finished(name, task, solved(task))
+            return _finish(name, task, solved(task))
 
         taken = signature(given).replace(return_annotation="LinearFit")
         fitted.__signature__ = taken  # type: ignore[attr-defined]
@@ -400,7 +400,7 @@ def _method(
     return method
 
 
-@_method(prepared)
+@_method(prepare_task)
 def least_squares(task: Task) -> Solution:
     """B = (U'U)^-1 U'Y (Section 4.1.1): y[k] = -a1 y[k-1] - ... + b1 u[k-delay] + ... + e[k].
 
@@ -471,11 +471,11 @@ def gls(
     """
     if not isinstance(noise_order, int) or not 1 <= noise_order <= 50:
         raise InputError("noise_order", noise_order, "a whole number from 1 to 50")
-    task = prepared(u, y, na, nb, dt, delay, weights, start=start)
-    return _finished("gls", task, _linear.generalised(task, noise_order))
+    task = prepare_task(u, y, na, nb, dt, delay, weights, start=start)
+    return _finish("gls", task, _linear.generalise(task, noise_order))
 
 
-@_method(prepared)
+@_method(prepare_task)
 def mls(task: Task) -> Solution:
     """Modified least squares (Section 4.1.1, Figure 4.2), read as Steiglitz-McBride (1965).
 
@@ -495,10 +495,10 @@ def mls(task: Task) -> Solution:
     >>> fit.a.round(2), fit.b.round(2)
     (array([-0.9]), array([0.2]))
     """
-    return _linear.iterated(task, instruments=False)
+    return _linear.iterate(task, instruments=False)
 
 
-@_method(prepared)
+@_method(prepare_task)
 def sriv(task: Task) -> Solution:
     """Simplified refined instrumental variables (Young and Jakeman, 1979), starting from `mls`.
 
@@ -516,10 +516,10 @@ def sriv(task: Task) -> Solution:
     >>> fit.a.round(2), fit.b.round(2)
     (array([-0.9]), array([0.2]))
     """
-    return _linear.iterated(task, instruments=True)
+    return _linear.iterate(task, instruments=True)
 
 
-@_method(prepared)
+@_method(prepare_task)
 def output_error(task: Task) -> Solution:
     """Minimiser of sum w (y - (B / A) u)^2, by trust regions with exact gradients.
 
@@ -540,13 +540,13 @@ def output_error(task: Task) -> Solution:
     (array([-0.9]), array([0.2]))
     """
     tried = _linear.begins(task)
-    ends = _linear.searched(task, tried)
+    ends = _linear.search_minima(task, tried)
     with np.errstate(over="ignore", invalid="ignore"):
         fits = {n: fit_percent(task.outputs, free_runs(task, ends[n].theta)) for n in tried}
     return next(iter(ends.values()))._replace(starts=fits)
 
 
-@_method(prepared)
+@_method(prepare_task)
 def box_jenkins(task: Task) -> Solution:
     """y = (B / A) u + e / D with e white: a model of the machine and one of the noise.
 

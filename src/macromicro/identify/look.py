@@ -14,12 +14,12 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.files.reading import is_forc, read
-from macromicro.files.recordings import timed
+from macromicro.files.reading import is_forc, read_table
+from macromicro.files.recordings import time_column
 from macromicro.files.table import Table
 from macromicro.identify.kinds import drive, hall, hysteresis, linear, stress, thermal
 from macromicro.identify.notices import SaturationWarning
-from macromicro.identify.picking import DEGREES, RUN, Role, T, matched, railed
+from macromicro.identify.picking import DEGREES, RUN, Role, T, find_saturated, match_columns
 from macromicro.identify.records import GAP, steps
 from macromicro.schema.text import printable
 from macromicro.units import convert
@@ -69,17 +69,17 @@ def look(path: Path) -> Look:
         reason = "first-order reversal curves as MicroMag writes them"
         forward = Onward(f"macromicro identify hysteresis {where}", (reason,))
         return Look(where, (), {}, "", None, forward)
-    table = read(path)
-    numbers, columns = _looked(table)
+    table = read_table(path)
+    numbers, columns = _look_at(table)
     try:
-        time = timed(table._replace(columns=numbers))
+        time = time_column(table._replace(columns=numbers))
     except InputError:
         time = ""
     times = None
     if time:
         t = numbers[time] * convert(1.0, table.units[time] or "s", "s")
         good = np.isfinite(t)
-        run = matched(table._replace(columns=numbers), (RUN,)).get("run")
+        run = match_columns(table._replace(columns=numbers), (RUN,)).get("run")
         which = numbers[run][good] if run and len(numbers[run]) == len(t) else None
         times = _timing(t[good], which) if good.sum() > 1 else None
         if times is not None and (times.runs > 1 or times.falls):
@@ -88,7 +88,7 @@ def look(path: Path) -> Look:
     return Look(table.file, columns, table.constants, time, times, forward)
 
 
-def _looked(table: Table) -> tuple[dict[str, Array], tuple[Seen, ...]]:
+def _look_at(table: Table) -> tuple[dict[str, Array], tuple[Seen, ...]]:
     likely = [n for n in table.columns if n not in table.words and n not in table.doubtful]
     try:
         numbers = table.several(likely)
@@ -105,7 +105,7 @@ def _looked(table: Table) -> tuple[dict[str, Array], tuple[Seen, ...]]:
     for name in table.columns:
         unit, reason = table.units.get(name, ""), table.reasons.get(name, "")
         if name in numbers:
-            found.append(seen(name, unit, reason, numbers[name]))
+            found.append(describe_column(name, unit, reason, numbers[name]))
             continue
         why = failed.get(name) or table.doubtful.get(name) or "text, or empty"
         found.append(Seen(name, unit, reason, remarks=(why,)))
@@ -181,7 +181,7 @@ class Seen(NamedTuple):
     remarks: tuple[str, ...] = ()  # anomalies, in words
 
 
-def seen(name: str, unit: str, reason: str, values: Array) -> Seen:
+def describe_column(name: str, unit: str, reason: str, values: Array) -> Seen:
     good = values[np.isfinite(values)]
     missing = len(values) - len(good)
     if not len(good):
@@ -190,12 +190,12 @@ def seen(name: str, unit: str, reason: str, values: Array) -> Seen:
     if low == high:
         return Seen(name, unit, reason, low, high, missing, remarks=("constant",))
     steps = np.abs(np.diff(good))
-    remarks = [*wrapped(good, unit), *saturated(good)]
+    remarks = [*find_wraps(good, unit), *find_saturation(good)]
     step = float(steps[steps > 0.0].min())
     return Seen(name, unit, reason, low, high, missing, step, tuple(remarks))
 
 
-def wrapped(values: Array, unit: str) -> list[str]:
+def find_wraps(values: Array, unit: str) -> list[str]:
     """A counter or an angle that passes the end of its range and goes on at the other end."""
     extent, steps = float(np.ptp(values)), np.diff(values)
     jumps = np.flatnonzero(np.abs(steps) > _JUMP * extent)
@@ -239,7 +239,7 @@ def _goes_on(steps: Array, k: int, jumps: npt.NDArray[np.int64], turn: float) ->
     return bool(against and high <= _ALIKE * low and abs(across) <= 2.0 * usual)
 
 
-def saturated(values: Array) -> list[str]:
+def find_saturation(values: Array) -> list[str]:
     """A sensor that stays at an end of its range where its signal, not a smooth one, goes on."""
     bends, steps = np.abs(np.diff(values, 2)), np.abs(np.diff(values))
     moving = bends[(steps[1:] > 0.0) & (steps[:-1] > 0.0)]
@@ -248,7 +248,7 @@ def saturated(values: Array) -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SaturationWarning)
         try:
-            railed(values, "", "")
+            find_saturated(values, "", "")
         except InputError as error:
             return [str(error.value)]
     texts = [str(w.message) for w in caught]
@@ -285,7 +285,7 @@ def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
     if not any(len(values) >= _LEAST for values in moving.values()):
         return Onward("", (f"fewer than {_LEAST} rows of numbers that change: too few",))
     for kind, roles, needed, with_units in _KINDS:
-        found = matched(known, roles)
+        found = match_columns(known, roles)
         clocked = math.isfinite(table.rate) and "t" not in found
         wanted = [role for role in needed.split() if role != "t" or not clocked]
         fits = all(
@@ -314,7 +314,7 @@ def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
 
 def _output(table: Table) -> str:
     """The only column beside a time and an input, if it is neither a position nor a speed."""
-    found = matched(table, (T, linear.U))
+    found = match_columns(table, (T, linear.U))
     others = [name for name in table.columns if name not in found.values()]
     unit = table.units.get(others[0], "") if len(others) == 1 and len(found) == 2 else ""
     moves = not unit or _converts(unit, (*drive.X.units, *drive.V.units))
@@ -342,7 +342,7 @@ def by_units(table: Table) -> tuple[dict[str, str], list[str]]:
     named = {
         role.name: name
         for role in roles
-        if (name := matched(table, (role,)).get(role.name, ""))
+        if (name := match_columns(table, (role,)).get(role.name, ""))
         and _fits(table.units.get(name, ""), role, "")
     }
     if "x" in named or table.units.get(named.get("v", ""), "") == "":

@@ -27,7 +27,7 @@ def settings(head: str, values: Mapping[str, tuple[float, str]], law: str = "") 
         texts[path] = shown(value, pars[path].unit, pars[path].shown, 6)
         tables.setdefault(table, []).append(line(name, f'"{texts[path]}"', comment))
     config.overridden(tree, texts, "model.toml")
-    return written(head, first, tables)
+    return as_toml(head, first, tables)
 
 
 def gains(head: str, name: str, found: Any, law: str) -> str:
@@ -39,19 +39,19 @@ def gains(head: str, name: str, found: Any, law: str) -> str:
     control = Settings().controller.joined(law, "law")
     config.check(found, "model.toml", f"controller.{name}.")
     key = "micro_law" if control.micro_law == law else "macro_law"
-    rounded = type(found)(*[_rounded(value) for value in found])
+    rounded = type(found)(*[_round(value) for value in found])
     lines = [
         line(entry.path, str(entry.text), entry.par.meaning)
         for entry in entries(rounded)
         if entry.text is not None
     ]
     first = f'[controller]\n{key} = "{law}"\n'
-    return written(head, first, {f"controller.{name}": lines})
+    return as_toml(head, first, {f"controller.{name}": lines})
 
 
-def _rounded(value: Any) -> Any:
+def _round(value: Any) -> Any:
     if isinstance(value, tuple):
-        return tuple(map(_rounded, value))
+        return tuple(map(_round, value))
     return float(f"{value:.6g}")
 
 
@@ -60,10 +60,10 @@ def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> s
         table: [line(name, _toml(value), comment) for name, (value, comment) in values.items()]
         for table, values in tables.items()
     }
-    return written(head, "", rows)
+    return as_toml(head, "", rows)
 
 
-def written(head: str, first: str, tables: Mapping[str, Sequence[str]]) -> str:
+def as_toml(head: str, first: str, tables: Mapping[str, Sequence[str]]) -> str:
     """A file of a head in comments, first lines, and tables of lines."""
     comment = "".join(f"# {text}".rstrip() + "\n" for text in head.splitlines())
     body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.files.naming import TIMES, by_name, last, parted
-from macromicro.files.reading import is_forc, read
+from macromicro.files.naming import TIMES, by_name, last, split_unit
+from macromicro.files.reading import is_forc, read_table
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
 from macromicro.identify.records import steps
@@ -61,7 +61,7 @@ T = Role("t", "time", TIMES, ("s",))
 RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), optional=True)
 
 
-def chosen(pairs: Sequence[str]) -> dict[str, str]:
+def parse_pairs(pairs: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
         role, _, column = (piece.strip() for piece in pair.partition("="))
@@ -98,7 +98,7 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
             found[role.name], units[role.name] = np.arange(rows) / float(unit), "s"
             named[role.name] = f"{unit} Hz"
             continue
-        found[role.name], units[role.name] = _converted(table, role, name, unit, columns[name])
+        found[role.name], units[role.name] = _convert(table, role, name, unit, columns[name])
         named[role.name] = name
     lengths = {role: len(v) for role, v in found.items()}
     if len(set(lengths.values())) > 1:
@@ -107,7 +107,7 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
     return Picked(table.file, _finite(table.file, found), units, named, table.constants)
 
 
-def matched(table: Table, roles: Sequence[Role]) -> dict[str, str]:
+def match_columns(table: Table, roles: Sequence[Role]) -> dict[str, str]:
     """Columns recognised by name; reads nothing."""
     found: dict[str, str] = {}
     for role in roles:
@@ -133,10 +133,14 @@ def _column(
             name, unit = requested, ""
         if name in table.columns:
             return name, unit or table.units[name]
-        near = [n for n in table.columns if name in (parted(n)[0], parted(last(n))[0], last(n))]
+        near = [
+            n for n in table.columns if name in (split_unit(n)[0], split_unit(last(n))[0], last(n))
+        ]
         if len(near) == 1:
             return near[0], unit or table.units[near[0]]
-        raise InputError(f"{table.file}, --columns {role.name}", printable(name), _listed(table))
+        raise InputError(
+            f"{table.file}, --columns {role.name}", printable(name), _list_columns(table)
+        )
     numbers = [n for n in table.columns if n not in (*used, *table.words, *table.doubtful)]
     found = by_name(numbers, role.names) or by_name(
         [n for n in table.columns if n not in used], role.names
@@ -170,7 +174,7 @@ def hertz(text: str) -> float:
     return value if value > 0.0 else 0.0
 
 
-def _listed(table: Table) -> str:
+def _list_columns(table: Table) -> str:
     return f"one of its columns: {_names(table)}"
 
 
@@ -178,7 +182,7 @@ def _names(table: Table) -> str:
     return ", ".join(printable(name) for name in table.columns)
 
 
-def _converted(table: Table, role: Role, name: str, unit: str, values: Array) -> tuple[Array, str]:
+def _convert(table: Table, role: Role, name: str, unit: str, values: Array) -> tuple[Array, str]:
     """The column in the first unit of the role that its own converts to."""
     from macromicro.units import convert
 
@@ -233,11 +237,11 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
     return long or found
 
 
-def sampled(table: Picked, output: str, least: int = 20) -> list[Run]:
+def even_runs(table: Picked, output: str, least: int = 20) -> list[Run]:
     """Evenly sampled runs of an output and its input, which is 0 where there is none."""
     found = []
     for part in runs(table):
-        railed(part[output], f"{table.file}, {output}")
+        find_saturated(part[output], f"{table.file}, {output}")
         u = part.get("u", np.zeros(len(part["t"])))
         found.append(checked(part["t"], u, part[output], table.file, least))
     return found
@@ -260,7 +264,9 @@ def _breaks(file: str, t: Array, run: Array | None) -> npt.NDArray[np.int64]:
     return found + 1
 
 
-def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.NDArray[np.bool_]:
+def find_saturated(
+    values: Array, where: str, done: str = "nothing was changed"
+) -> npt.NDArray[np.bool_]:
     """Samples at which a sensor saturates (`SaturationWarning`)."""
     # The signal changes from sample to sample elsewhere, yet repeats its extreme in runs of 5 or
     # more, 1 % of the record in all, and enters and leaves at its usual pace; an axis at rest does
@@ -269,7 +275,7 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
     if len(values) < 20:
         return ends
     paces = np.abs(np.diff(values))
-    repeats = _held(paces == 0.0)
+    repeats = _held_samples(paces == 0.0)
     within = (values > values.min()) & (values < values.max())
     elsewhere = int((repeats & within).sum())
     moving = paces[within[1:] & within[:-1]]
@@ -280,7 +286,7 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
         if held.sum() < max(0.01 * len(values), 5) or elsewhere > 0.1 * held.sum():
             continue
         # The second step of each stay away: the first one is cut by the rail.
-        away = _held(~at[1:] & ~at[:-1])
+        away = _held_samples(~at[1:] & ~at[:-1])
         edges = np.diff(away.astype(np.int8))
         begin, end = np.flatnonzero(edges > 0) + 1, np.flatnonzero(edges < 0)
         beyond = np.r_[paces[begin], paces[end - 1]]
@@ -298,7 +304,7 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
     return ends
 
 
-def _held(same: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _held_samples(same: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     run = np.convolve(same, np.ones(4), "valid") == 4.0
     held = np.zeros(len(same) + 1, dtype=np.bool_)
     for k in range(5):
@@ -321,7 +327,7 @@ def picking(arguments: Sequence[str], columns: Sequence[str]) -> Picking:
             pairs.append(argument)
         else:
             files.append(place)
-    return Picking(there(files), chosen(pairs))
+    return Picking(there(files), parse_pairs(pairs))
 
 
 def there(names: Sequence[str | Path]) -> list[Path]:
@@ -343,22 +349,24 @@ def _there(path: Path) -> bool:
         return False
 
 
-def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
+def load(what: Picking, roles: Sequence[Role]) -> list[Picked]:
     if what.join:
-        return [joined([read(file) for file in what.files], roles, what.columns)]
+        return [join_files([read_table(file) for file in what.files], roles, what.columns)]
     tables = []
     for file in what.files:
         if is_forc(file):
             problem = "the file holds first-order reversal curves (MicroMag)"
             remedy = "Give a file of columns, or use `identify hysteresis`."
             raise ProblemError(printable(file, 300), problem, remedy)
-        tables.append(pick(read(file), roles, what.columns))
+        tables.append(pick(read_table(file), roles, what.columns))
     for table in tables[1:]:
         alike(table, tables[0].units, tables[0].file)
     return tables
 
 
-def joined(tables: Sequence[Table], roles: Sequence[Role], columns: Mapping[str, str]) -> Picked:
+def join_files(
+    tables: Sequence[Table], roles: Sequence[Role], columns: Mapping[str, str]
+) -> Picked:
     """One record of several files on the slowest clock."""
     # The input is averaged over each step, since it acts over all of it; others are interpolated.
     loose = [role if role is T else role._replace(optional=True) for role in roles]

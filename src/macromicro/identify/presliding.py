@@ -164,7 +164,7 @@ def restarted(
             row += 1
 
 
-def simulated(p: Presliding, pieces: Pieces) -> Array:
+def simulate_pieces(p: Presliding, pieces: Pieces) -> Array:
     """Positions over pieces of records."""
     out = np.empty(len(pieces.y))
     room = np.empty(max(len(p.shares), 1))
@@ -179,4 +179,4 @@ def simulate(
     pull = late(np.ascontiguousarray(force, dtype=np.float64), p.lag / dt)
     first, count = np.zeros(1, np.int64), np.array([len(pull)])
     step, place, speed = np.array([[dt], [x], [v]], np.float64)
-    return simulated(p, Pieces(pull, first, count, step, place, speed, pull))
+    return simulate_pieces(p, Pieces(pull, first, count, step, place, speed, pull))

@@ -14,7 +14,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _moved_mass, clusters
 from macromicro.identify._disturbances import Ripple
-from macromicro.identify._moved_mass import Model, located
+from macromicro.identify._moved_mass import Model, locate
 from macromicro.identify._moved_mass import pieces as cut
 from macromicro.identify._moved_mass import space as mass_space
 from macromicro.identify.axis_fit import DriveFit, Driven, drive, runs_of
@@ -25,12 +25,12 @@ from macromicro.identify.engine import (
     fit,
     held_out,
     no_better,
-    settled,
+    settle_starts,
     simplest,
     typical,
 )
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
-from macromicro.identify.presliding import FRICTIONS, REACHES, Presliding, simulate, simulated
+from macromicro.identify.presliding import FRICTIONS, REACHES, Presliding, simulate, simulate_pieces
 from macromicro.identify.runs import Run
 from macromicro.identify.search import central
 from macromicro.models.mass import Axis
@@ -117,7 +117,7 @@ def presliding_drive(
         runs = _moved_mass.stretches(runs, _RIGID, _MOST // _RIGID)
     rigid = _rigid(runs, gain=gain, limit=limit, delay=delay)
     names = tuple(n for n in rigid.refined.names if n != "lag")
-    found = chosen(fitted, Model(names), rigid.axis, friction, along)
+    found = choose_friction(fitted, Model(names), rigid.axis, friction, along)
     kind, near = found.best
     end = fit(kind.simulated, near.space, near.pieces, near.values)
     if not end.settled:
@@ -132,7 +132,9 @@ def presliding_drive(
             "standard errors",
         )
         std[[name.startswith(_ELASTIC) for name in values]] = np.nan
-    whole = settled(kind.simulated, end.space, _moved_mass.pieces(records, 1, False), end.values)
+    whole = settle_starts(
+        kind.simulated, end.space, _moved_mass.pieces(records, 1, False), end.values
+    )
     free = np.split(kind.simulated(end.values, whole), whole.edges[1:-1])
     errors = [r.x - run for r, run in zip(records, free, strict=True)]
     return PreslidingFit(
@@ -171,8 +173,8 @@ def _errors_of(found: Candidate) -> tuple[Array, Array, Ripple | None]:
     edges = _moved_mass.edges(end.pieces)
     spread = clusters.spread(end.slopes[:, free], end.residual, edges)
     model = kind.model(end.values)
-    seen = _moved_mass.Found(end, _moved_mass.widened(spread, free))
-    repeats = _moved_mass.repeated(end, kind.simulated, Axis(model.mass, model.viscous))
+    seen = _moved_mass.Found(end, _moved_mass.widen(spread, free))
+    repeats = _moved_mass.find_ripple(end, kind.simulated, Axis(model.mass, model.viscous))
     if repeats is not None:
         seen = _moved_mass.under(seen, kind.simulated, repeats)
     names = list(kind.parameters(end.values))
@@ -238,7 +240,7 @@ class Elastic(NamedTuple):
         )
 
     def simulated(self, z: Array, pieces: Pieces) -> Array:
-        return simulated(self.model(z), pieces)
+        return simulate_pieces(self.model(z), pieces)
 
     def _parts(self, z: Array) -> tuple[Array, Array]:
         """Levels by the scale, and shares of the elements."""
@@ -302,7 +304,7 @@ def _starts(x: Array, v: Array, many: int) -> list[int]:
     # no sample slides near its end. A record that slides nowhere is cut where it is fastest, since
     # held-out pieces must differ.
     n, speed = len(x), np.abs(v)
-    slides = (speed >= _GOES * speed.max()) & (_gone(x, v) >= _SLID * np.ptp(x))
+    slides = (speed >= _GOES * speed.max()) & (_since_reversal(x, v) >= _SLID * np.ptp(x))
     cuts, half = np.linspace(0, n, many + 1)[1:-1].astype(int).tolist(), n // many // 3
     fast = np.where(slides, speed, -1.0)
     starts = [0]
@@ -321,14 +323,14 @@ def _starts(x: Array, v: Array, many: int) -> list[int]:
     return starts
 
 
-def _gone(x: Array, v: Array) -> Array:
+def _since_reversal(x: Array, v: Array) -> Array:
     """Distance since the last reversal."""
     side = v > 0.0
     turned = np.flatnonzero(np.diff(side, prepend=not side[0]))
     return np.asarray(np.abs(x - np.repeat(x[turned], np.diff(turned, append=len(x)))))
 
 
-def chosen(
+def choose_friction(
     records: Sequence[Run], rigid: Model, axis: Axis, friction: str, along: int | None
 ) -> Chosen:
     """The simplest elastic friction that no richer one beats on held-out pieces."""
@@ -344,7 +346,7 @@ def chosen(
     if "stribeck" not in first.kind.names:
         more = first.kind._replace(names=(*first.kind.names, "stribeck", "stribeck_speed"))
         begin = np.insert(first.end.values, len(first.kind.names), [0.1, 0.0])
-        tried[more.words] = _fitted(more, begin, first.end)
+        tried[more.words] = _fit_candidate(more, begin, first.end)
     for words, one in tried.items():
         squares[words] = one.squares(parts) + floor
     judged = simplest({words: squares[words] for words in tried})
@@ -353,7 +355,7 @@ def chosen(
         if nodes == best.kind.nodes:
             continue
         finer = best.kind._replace(nodes=nodes)
-        one = _fitted(finer, _refined(best.end.values, best.kind, nodes), best.end)
+        one = _fit_candidate(finer, _refine(best.end.values, best.kind, nodes), best.end)
         squares[finer.words] = one.squares(parts) + floor
         if along is not None:
             best = one
@@ -373,7 +375,7 @@ def chosen(
     return Chosen(best, scores, reasons)
 
 
-def _fitted(kind: Elastic, begin: Array, near: Fit) -> Candidate:
+def _fit_candidate(kind: Elastic, begin: Array, near: Fit) -> Candidate:
     where = kind.space(near.space.unit, near.space.states)
     return Candidate(kind, fit(kind.simulated, where, near.pieces, begin))
 
@@ -382,7 +384,7 @@ def _first(
     records: Sequence[Run], parts: Pieces, rigid: Model, axis: Axis, where: Space, friction: str
 ) -> Candidate:
     """One level, from the rigid axis; the best of searches from several stiffnesses."""
-    fastest = max(float(np.abs(located(r, False)[1]).max()) for r in records)
+    fastest = max(float(np.abs(locate(r, False)[1]).max()) for r in records)
     low, high = (float(f([f(r.x) for r in records])) for f in (np.min, np.max))
     dt = float(parts.dt[0])
     names, values = ["mass", "viscous", "offset", "stiffness", "settling"], [1.0, 1.0]
@@ -407,7 +409,7 @@ def _first(
     return Candidate(kind, fit(kind.simulated, space, best.pieces, best.values, most=30))
 
 
-def _refined(z: Array, kind: Elastic, nodes: int) -> Array:
+def _refine(z: Array, kind: Elastic, nodes: int) -> Array:
     count = len(kind.names)
     old = z[count : count + kind.nodes]
     at = np.linspace(0.0, 1.0, nodes)

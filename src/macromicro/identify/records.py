@@ -60,7 +60,7 @@ def signal(values: Any, where: str) -> Array:
     return array
 
 
-def _listed(values: Any) -> list[Any]:
+def _as_list(values: Any) -> list[Any]:
     if isinstance(values, np.ndarray):
         return [values]
     items = list(values) if isinstance(values, Iterable) else [values]
@@ -69,8 +69,8 @@ def _listed(values: Any) -> list[Any]:
 
 def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list[Record]:
     """Checked records from arrays or lists of arrays; warns of saturated inputs."""
-    inputs, outputs = _listed(u), _listed(y)
-    loads = [None] * len(inputs) if weights is None else _listed(weights)
+    inputs, outputs = _as_list(u), _as_list(y)
+    loads = [None] * len(inputs) if weights is None else _as_list(weights)
     if not inputs or len(inputs) != len(outputs) or len(loads) != len(inputs):
         found = f"inputs, outputs and weights number {len(inputs)}, {len(outputs)} and {len(loads)}"
         raise ProblemError("records", found, "Give as many of each, one or more.")

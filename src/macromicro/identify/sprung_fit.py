@@ -13,7 +13,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _moved_mass, clusters
 from macromicro.identify._disturbances import Ripple
-from macromicro.identify._moved_mass import CORNER, Model, located
+from macromicro.identify._moved_mass import CORNER, Model, locate
 from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES, TERMS, differences
 from macromicro.identify.clusters import Spread
 from macromicro.identify.engine import Fit, Judged, held_out, simplest
@@ -172,10 +172,10 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
         }
         judged = simplest(squares)
     ends = every[judged.structure]
-    return concluded(kept, load, judged, ends, lead, whole=whole, gain=gain)
+    return conclude(kept, load, judged, ends, lead, whole=whole, gain=gain)
 
 
-def concluded(
+def conclude(
     records: Sequence[Run],
     load: Load,
     judged: Judged,
@@ -187,20 +187,20 @@ def concluded(
 ) -> SprungFit:
     """The result of searches over `records`, with free runs over the whole ones."""
     model = load.model(judged.structure)
-    found = _moved_mass.rounded(_moved_mass.surest(records, model, ends[0], lead), records)
+    found = _moved_mass.floor_errors(_moved_mass.surest(records, model, ends[0], lead), records)
     axis = model.axis(found.fit.values)
     repeats = None
     if not load.speed:
-        repeats = _moved_mass.repeated(found.fit, model.simulated, axis)
+        repeats = _moved_mass.find_ripple(found.fit, model.simulated, axis)
     if repeats is not None:
         found = _moved_mass.under(found, model.simulated, repeats)
-    _moved_mass.doubted(found, model.names)
+    _moved_mass.warn_of_unseen(found, model.names)
     _coarse(records, axis)
     near: Sequence[tuple[float, float] | None] = [None] * len(whole)
     if len(whole) == len(records):
         near = _moved_mass.beginnings(found, records)
     starts = tuple(
-        _moved_mass.started(r, model, axis, at) for r, at in zip(whole, near, strict=True)
+        _moved_mass.initial_state(r, model, axis, at) for r, at in zip(whole, near, strict=True)
     )
     free = tuple(
         motion(axis, r.u, r.dt, x, v)[int(load.speed)]
@@ -242,7 +242,7 @@ def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None =
     starts = begins(records, model)
     if poorer is not None:  # a simpler friction is next to the richer one
         starts = [poorer, starts[0]]
-    ends = _moved_mass.fitted(records, model, starts, lead)
+    ends = _moved_mass.fit_starts(records, model, starts, lead)
     if not ends:
         remedy = "Record a motion that the model can follow."
         raise ProblemError("record", "no search converged", remedy)
@@ -255,7 +255,7 @@ def _lead(records: Sequence[Run], lag: float | str) -> int:
 
 def _moves(axis: Axis, run: Run, model: Model) -> int:
     """Samples of a record until shortly before the model comes to rest."""
-    x, v = _moved_mass.started(run, model, axis)
+    x, v = _moved_mass.initial_state(run, model, axis)
     moved = np.flatnonzero(motion(axis, run.u, run.dt, x, v)[1])
     n = len(run.x)
     last = int(moved[-1]) + 1 if len(moved) else n
@@ -269,7 +269,7 @@ def _misses(records: Sequence[Run], axis: Axis, speed: bool) -> float:
     """RMS misfit of free simulations, by the scatter of the records."""
     model = Model((), axis, speed)
     missed = [
-        motion(axis, r.u, r.dt, *_moved_mass.started(r, model, axis))[int(speed)] - r.x
+        motion(axis, r.u, r.dt, *_moved_mass.initial_state(r, model, axis))[int(speed)] - r.x
         for r in records
     ]
     return float(np.std(np.concatenate(missed)) / np.std(np.concatenate([r.x for r in records])))
@@ -300,14 +300,14 @@ def same(ends: Sequence[float]) -> int:
     return sum(e <= ends[0] * (1.0 + _SAME) for e in ends)
 
 
-def started(fit: SprungFit, run: Run) -> tuple[float, float]:
+def initial_state(fit: SprungFit, run: Run) -> tuple[float, float]:
     """Initial state with the nearest free simulation over the first part."""
     many = int(_BEGINNING * len(run.t))
     if fit.axis.spring > 0.0:
         many = int(1.0 / (fit.axis.frequency * run.dt))
     part = run.part(0, min(max(many, 20), len(run.t)))
     pushed = part._replace(u=fit.gain * part.u)
-    return _moved_mass.started(pushed, fit.load.model(fit.friction), fit.axis)
+    return _moved_mass.initial_state(pushed, fit.load.model(fit.friction), fit.axis)
 
 
 _ZONES = np.linspace(0.0, 0.7, 15)  # dead zones tried, parts of the largest force
@@ -328,7 +328,7 @@ class _Table(NamedTuple):
 
 def begins(records: Sequence[Run], model: Model) -> list[Axis]:
     """Starting points, the likeliest first."""
-    checked(records, model)
+    check(records, model)
     first = _first(records, model)
     found = [first]
     if "spring" in model.names:
@@ -337,9 +337,9 @@ def begins(records: Sequence[Run], model: Model) -> list[Axis]:
     elif "mass" in model.names:
         found.append(first._replace(mass=2.0 * first.mass, viscous=0.0))
     if "stribeck" in model.names:
-        top = max(float(np.abs(located(r, model.speed)[1]).max()) for r in records)
+        top = max(float(np.abs(locate(r, model.speed)[1]).max()) for r in records)
         late_records = [r._replace(u=late(r.u, first.lag / r.dt)) for r in records]
-        tried = [_regressed(_table(late_records, model, part * top), model) for part in _FADES]
+        tried = [_regress(_table(late_records, model, part * top), model) for part in _FADES]
         likely = sorted(zip([error for error, _ in tried], range(len(tried)), strict=True))[:2]
         found = [
             tried[k][1]._replace(stribeck_speed=_FADES[k] * top, lag=first.lag) for _, k in likely
@@ -347,7 +347,7 @@ def begins(records: Sequence[Run], model: Model) -> list[Axis]:
     return found
 
 
-def checked(records: Sequence[Run], model: Model) -> None:
+def check(records: Sequence[Run], model: Model) -> None:
     driven = "mass" in model.names
     for k, r in enumerate(records):
         if np.ptp(r.x) == 0.0:
@@ -363,7 +363,7 @@ def _first(records: Sequence[Run], model: Model) -> Axis:
     best: tuple[float, Axis] | None = None
     for lag in _LAGS if "lag" in model.names else (0,):
         pushed = [r._replace(u=late(r.u, lag)) for r in records]
-        error, axis = _regressed(_table(pushed, model), model)
+        error, axis = _regress(_table(pushed, model), model)
         if best is None or error < best[0]:
             best = error, axis._replace(lag=lag * records[0].dt if lag else axis.lag)
     assert best is not None
@@ -373,7 +373,7 @@ def _first(records: Sequence[Run], model: Model) -> Axis:
 def _table(records: Sequence[Run], model: Model, fades: float | None = None) -> _Table:
     parts, limit = [], model.fixed.limit
     for number, r in enumerate(records):
-        place, _ = located(r, model.speed)
+        place, _ = locate(r, model.speed)
         rows = differences(r._replace(x=place), r.u, CORNER / r.dt, 1)
         moves = np.abs(rows.v) > _STILL * np.abs(rows.v).max()
         speed = fades or _USUAL * float(np.abs(rows.v).max())
@@ -390,7 +390,7 @@ def _table(records: Sequence[Run], model: Model, fades: float | None = None) -> 
     return whole
 
 
-def _regressed(table: _Table, model: Model) -> tuple[float, Axis]:
+def _regress(table: _Table, model: Model) -> tuple[float, Axis]:
     """Error of the force, as part of it, and the parameters."""
     names = [n for n in model.names if n not in _NO_COLUMN]
     size = np.linalg.norm(table.columns, axis=0)

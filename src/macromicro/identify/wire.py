@@ -67,12 +67,12 @@ def bounds_of(parameters: Sequence[Parameter]) -> Bounds:
     return Bounds(*np.array(rows).T)
 
 
-def placed(parameters: Sequence[Parameter], values: Mapping[str, float]) -> Array:
+def search_values(parameters: Sequence[Parameter], values: Mapping[str, float]) -> Array:
     """Search values of these, the others where they begin."""
     return np.array([p.searched(values.get(p.name, p.begin)) for p in parameters])
 
 
-def named(parameters: Sequence[Parameter], z: Array) -> dict[str, float]:
+def by_parameter(parameters: Sequence[Parameter], z: Array) -> dict[str, float]:
     pairs = zip(parameters, z, strict=True)
     return {p.name: math.exp(v) if p.log else float(v) for p, v in pairs}
 
@@ -177,8 +177,8 @@ def without_table(
         raise ProblemError("records", found, remedy)
     cold = float(np.median([r.x[0] for r in records]))
     scale = _Scale(_nodes(drives), ambient, austenite, extent, cold)
-    grids = [_gridded(r) for r in records]
-    end = _searched(scale, grids)
+    grids = [_grid(r) for r in records]
+    end = _search(scale, grids)
     if end.status == 0:
         notice(ConvergenceWarning, "actuator: search stopped before it settled")
     wire, table, values = _wire(scale, end.x)
@@ -201,7 +201,7 @@ def _nodes(drives: Array) -> Array:
     return np.concatenate([[0.0], levels])
 
 
-def _gridded(r: Heated) -> _Grid:
+def _grid(r: Heated) -> _Grid:
     """Means of the drive over blocks, and positions at some of their starts."""
     many = max(len(r.u) // _FINEST, 1)
     n = len(r.u) // many
@@ -221,7 +221,7 @@ def _smooth(x: Array, many: int) -> Array:
 
 def _wire(known: _Scale, z: Array) -> tuple[Wire, FodTable, dict[str, float]]:
     """Wires, table and named values for search values."""
-    own = named(known.parameters, z)
+    own = by_parameter(known.parameters, z)
     names = [p.name for p in known.parameters[len(SCALARS) :]]
     law = own.pop("warm") * (known.volts[1:] / known.volts[-1]) ** own.pop("power")
     heats = np.concatenate([[0.0], law * np.exp([own[n] for n in names])])
@@ -243,29 +243,29 @@ def _wire(known: _Scale, z: Array) -> tuple[Wire, FodTable, dict[str, float]]:
     return Wire(wires, expansion, own["resistance"], own["growth"] / warming), table, own
 
 
-def _missed(known: _Scale, grids: Sequence[_Grid], z: Array) -> Array:
+def _errors(known: _Scale, grids: Sequence[_Grid], z: Array) -> Array:
     """Simulated less measured, relative to the range."""
     model = _wire(known, z)[0]
     return np.concatenate([(simulate(model, g.u, g.dt)[g.at] - g.x) / known.stroke for g in grids])
 
 
-def _pulled(known: _Scale, grids: Sequence[_Grid], z: Array) -> Array:
+def _errors_with_priors(known: _Scale, grids: Sequence[_Grid], z: Array) -> Array:
     """`_missed` with weak priors of each heat at a power law, for levels without effect."""
-    return np.concatenate([_missed(known, grids, z), _PULL * z[len(SCALARS) :]])
+    return np.concatenate([_errors(known, grids, z), _PULL * z[len(SCALARS) :]])
 
 
-def _searched(known: _Scale, grids: Sequence[_Grid]) -> Any:
+def _search(known: _Scale, grids: Sequence[_Grid]) -> Any:
     """The best of several searches: first by the power law, then with all heats."""
     bounds, free = bounds_of(known.parameters), np.zeros(len(known.volts) - 1)
     rough = [g._replace(at=g.at[::4], x=g.x[::4]) for g in grids]
 
     def by_law(z: Array) -> Array:
-        return _missed(known, rough, np.concatenate([z, free]))
+        return _errors(known, rough, np.concatenate([z, free]))
 
     def by_all(z: Array) -> Array:
-        return _pulled(known, grids, z)
+        return _errors_with_priors(known, grids, z)
 
-    begins = [placed(SCALARS, {"warm": w, "wire": q}) for w, q in product(_WARM, _WIRE)]
+    begins = [search_values(SCALARS, {"warm": w, "wire": q}) for w, q in product(_WARM, _WIRE)]
     ends = best(by_law, begins, bounds_of(SCALARS), _LAW_ROUNDS, _KEPT)
     (begin,) = best(by_all, [np.concatenate([z, free]) for z in ends], bounds, ROUNDS, 1)
     return minimum(by_all, begin, bounds, ROUNDS)

@@ -26,9 +26,9 @@ from macromicro.identify.wire import (
     Parameter,
     WireFit,
     bounds_of,
+    by_parameter,
     errors,
-    named,
-    placed,
+    search_values,
 )
 from macromicro.identify.wire_model import Wire, hysteresis
 from macromicro.models import stressed
@@ -125,7 +125,7 @@ def _starts(m: Means, parameters: Sequence[Parameter]) -> list[Array]:
         values["c1"] = quick * m.pace / _R1
         values["c2"] = _PLATES * m.pace / _R2
         values["c3"] = _BODY * m.pace / (1.0 - _R1 - _R2)
-        found.append(placed(parameters, values))
+        found.append(search_values(parameters, values))
     return found
 
 
@@ -166,7 +166,7 @@ class _Run(NamedTuple):
     x: Array
 
 
-def gridded(recording: Recording, scale: float = 1.0) -> _Run:
+def grid_recording(recording: Recording, scale: float = 1.0) -> _Run:
     """Time grid for a recording and the positions to compare."""
     # 2 ms for two seconds after each change, 10 ms up to ten seconds, then 50 ms, all times `scale`
     # for slower wires. Comparisons are even on this grid, so fast parts count most.
@@ -189,7 +189,7 @@ def gridded(recording: Recording, scale: float = 1.0) -> _Run:
     return _Run(sent[grid], cut, t[ends] - t[grid], at, x[grid[at]])
 
 
-def switched(recordings: Sequence[Recording], end: float) -> tuple[float, float]:
+def switching_positions(recordings: Sequence[Recording], end: float) -> tuple[float, float]:
     """Positions [mm] at which CONTRACT closed and opened, limited to the table's range."""
     on, off = [], []
     for r in recordings:
@@ -222,7 +222,7 @@ def with_table(
         raise InputError("recordings", len(recordings), "2 open-loop recordings or more")
     m = means(table, recordings, ambient)
     step = 2.0 ** round(math.log2(m.pace / _USUAL))
-    cut_on, cut_off = switched(recordings, table.f_low + table.span)
+    cut_on, cut_off = switching_positions(recordings, table.f_low + table.span)
     known = {
         **{"volts": m.volts, "lag": lag, "cut_on": cut_on, "cut_off": cut_off},
         **{"ambient": ambient, "hysteresis": hysteresis(table)},
@@ -232,29 +232,29 @@ def with_table(
 
     def missed(runs: Sequence[_Run]) -> search.Missed:
         def residual(z: Array) -> Array:
-            p = wires_of(known, named(parameters, z))
+            p = wires_of(known, by_parameter(parameters, z))
             made = [stressed.simulate(p, r.ctrl, r.dt, r.cut)[0][r.at] for r in runs]
             left = [(own - r.x) / _TABLE_ERROR for own, r in zip(made, runs, strict=True)]
             return np.concatenate(left)
 
         return residual
 
-    fine = missed([gridded(r, step) for r in recordings])
+    fine = missed([grid_recording(r, step) for r in recordings])
     if near is None:
-        rough = missed([gridded(r, _COARSE * step) for r in recordings])
+        rough = missed([grid_recording(r, _COARSE * step) for r in recordings])
         begins = best(rough, _starts(m, parameters), bounds, _FEW, _BEST)
         (begin,) = best(rough, begins, bounds, _MORE, 1)
     else:
-        begin = placed(parameters, near.values)
+        begin = search_values(parameters, near.values)
     end = minimum(fine, begin, bounds, ROUNDS, _SETTLED)
     if end.status <= 0:
         notice(ConvergenceWarning, "actuator: search stopped before it settled")
-    values = named(parameters, end.x)
+    values = by_parameter(parameters, end.x)
     edges = clusters.blocks(len(end.fun), max(BLOCKS, 2 * len(values)))
     # Heats are at a bound by parts of the warming.
     within = bounds.high - bounds.low
     within[len(within) - len(m.volts) + 1 :] = m.warming
-    std = errors(parameters, end, lambda z: named(parameters, z), edges, within)
+    std = errors(parameters, end, lambda z: by_parameter(parameters, z), edges, within)
     found = wires_of(known, values)
     if late := too_slow(found.ladder, m.longest):
         notice(
@@ -383,7 +383,7 @@ def sensor_lag(records: Sequence[Recording]) -> float:
     moved = np.concatenate([np.abs(np.gradient(p)) for p in places])
 
     def left(lag: float) -> float:
-        seen = [_lagged(p, lag, r.dt) for p, r in zip(places, records, strict=True)]
+        seen = [_lag_behind(p, lag, r.dt) for p, r in zip(places, records, strict=True)]
         x = 2.0 * (np.concatenate(seen) - low) / (high - low) - 1.0
         basis = np.polynomial.chebyshev.chebvander(x, _DEGREE)
         weight = np.sqrt(moved)[:, None]
@@ -397,7 +397,7 @@ def sensor_lag(records: Sequence[Recording]) -> float:
     return found
 
 
-def _lagged(x: Array, lag: float, dt: float) -> Array:
+def _lag_behind(x: Array, lag: float, dt: float) -> Array:
     """A first-order lag of a signal that is linear between samples."""
     from scipy.signal import lfilter, lfilter_zi
 

@@ -78,7 +78,7 @@ def _asked(p: MacroLaw, targets: Array, x: Array, out: Array, dt: float) -> None
 KERNELS = (rollout, _asked)  # that call a law
 
 
-def requested(p: MacroLaw, targets: Array, x: Array) -> Array:
+def unlimited_effort(p: MacroLaw, targets: Array, x: Array) -> Array:
     """Effort [V] that a law would have given without its limit, from the counts of a run."""
     out = np.empty_like(x)
     p.machine(_asked)(p._replace(limit=math.inf), targets, x, out, PERIOD)

@@ -26,11 +26,11 @@ from macromicro.errors import ProblemError
 from macromicro.kernel import compiled
 from macromicro.lab import carriage
 from macromicro.lab.carriage import MacroBench
-from macromicro.lab.machine import Machine, play, seen
+from macromicro.lab.machine import Machine, play, visible_columns
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Truth
-from macromicro.recorded import Inside, named
+from macromicro.recorded import Inside, columns_named
 from macromicro.recording import Recording
 from macromicro.rig.guarded import IDLE
 from macromicro.rig.session import Fixture
@@ -39,10 +39,10 @@ from macromicro.types import Command, Outputs, Sample
 
 DT = PERIOD
 
-PUSHED = named("t", "macro_position", "motor")
-FOLLOWED = named("t", "macro_reference", "macro_position", "motor", "macro_integral")
-HEATED = named("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
-BY_LASER = named("t", "micro_reference", "ctrl", "laser", "true_micro")
+PUSHED = columns_named("t", "macro_position", "motor")
+FOLLOWED = columns_named("t", "macro_reference", "macro_position", "motor", "macro_integral")
+HEATED = columns_named("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
+BY_LASER = columns_named("t", "micro_reference", "ctrl", "laser", "true_micro")
 # Quantity behind each column, and its scale there.
 _BEHIND = {
     note.column: (name, note.scale)
@@ -96,7 +96,7 @@ def open_loop(machine: Machine, volts: npt.ArrayLike, start: float) -> Recording
         The rig lacks an encoder.
     """
     sent = np.ascontiguousarray(volts, dtype=np.float64)
-    found = _moved(machine, "an open-loop run of the macro-stage", None, sent, start)
+    found = _move(machine, "an open-loop run of the macro-stage", None, sent, start)
     return recorded(machine, PUSHED, found)
 
 
@@ -127,7 +127,7 @@ def closed_loop(
         The rig lacks an encoder.
     """
     targets = np.ascontiguousarray(reference, dtype=np.float64)
-    found = _moved(machine, "the macro-stage under control", controller, targets, start + 0.5)
+    found = _move(machine, "the macro-stage under control", controller, targets, start + 0.5)
     return recorded(machine, FOLLOWED, {"macro_reference": targets, **found})
 
 
@@ -288,7 +288,7 @@ def recorded(
     """
     attributes: dict[str, int | str] = {**(about or {})}
     if isinstance(machine, Fixture):
-        columns = seen(machine, columns)
+        columns = visible_columns(machine, columns)
         attributes = {"seed": 0, "rig": machine.name, **attributes}
     behind = (_BEHIND[c.name] for c in columns)
     return Recording.from_arrays(columns, [found[n] * k for n, k in behind], dt, {**attributes})
@@ -313,7 +313,7 @@ def _hold(
     return hold
 
 
-def _moved(
+def _move(
     machine: Machine, what: str, controller: MacroLaw | None, targets: Array, start: float
 ) -> dict[str, Array]:
     """A run of the carriage from `start` [counts, half a count in], open loop without a law."""

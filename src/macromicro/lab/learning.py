@@ -80,7 +80,7 @@ def learn(
     for k in range(repeats):
         course = _course(run(tried[k], k), rows, lag)
         courses.append(course)
-        seen.append(_judged(course))
+        seen.append(_judge(course))
         if told is not None:
             told(k, seen[k])
         missed = np.interp(grid + lag, course.t, course.error)
@@ -118,10 +118,10 @@ def _course(recording: Recording, rows: np.ndarray, lag: float) -> Course:
     laser = np.full(len(target), math.nan)
     if "laser" in recording:
         laser = zero.contraction(recording)[within] * 1e-6
-    return Course(recording["t"][within], _sensed(target, lag) - shown, target - laser)
+    return Course(recording["t"][within], _lag_behind(target, lag) - shown, target - laser)
 
 
-def _sensed(wanted: Array, lag: float) -> Array:
+def _lag_behind(wanted: Array, lag: float) -> Array:
     """Positions behind the sensor's first-order lag."""
     if lag <= 0.0:
         return wanted
@@ -132,7 +132,7 @@ def _sensed(wanted: Array, lag: float) -> Array:
     return np.asarray(shown)
 
 
-def _judged(course: Course) -> Repetition:
+def _judge(course: Course) -> Repetition:
     counted = course.t >= course.t[0] + LATE
     error, true = course.error[counted], course.true[counted]
     true = true[np.isfinite(true)]

@@ -59,7 +59,9 @@ class GuardTripped(MacromicroError):
 
 
 def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
-    return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
+    return guard.prepare(
+        limits or Limits(), calibration.default_calibration() if table is None else table
+    )
 
 
 def law_of_approach(controller: Control, pitch: float) -> MacroLaw:
@@ -150,7 +152,7 @@ def play(
             session.idle(SETTLE_S)
     shown, written = (np.array(rows, dtype=np.float64).T for rows in (samples, given))
     found = dict(zip((*Sample._fields, *Outputs._fields), (*shown, *written), strict=True))
-    return {name: known(row) if name in FLAGS else row for name, row in found.items()}
+    return {name: fill_gaps(row) if name in FLAGS else row for name, row in found.items()}
 
 
 def follow(
@@ -182,14 +184,14 @@ def follow(
     return simulate.outcome(last.phase == supervisor.DONE, guarded.watch, rows * PERIOD, began)
 
 
-def known(flag: Array) -> Array:
+def fill_gaps(flag: Array) -> Array:
     """A flag whose missing values (NaN) are the last known one."""
     there = ~np.isnan(flag)
     row = np.maximum.accumulate(np.where(there, np.arange(len(flag)), -1))
     return np.where(row >= 0, flag[row], 0.0)
 
 
-def seen(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column, ...]:
+def visible_columns(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column, ...]:
     """Columns that a rig can fill: no truth, nothing unmeasured."""
     return tuple(
         c
@@ -198,7 +200,7 @@ def seen(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column,
     )
 
 
-def recorded(
+def as_recording(
     fixture: Fixture,
     columns: Sequence[Column],
     values: dict[str, Any],
@@ -206,6 +208,6 @@ def recorded(
     seed: int,
     attributes: Mapping[str, str | int | float] | None = None,
 ) -> Recording:
-    shown = seen(fixture, columns)
+    shown = visible_columns(fixture, columns)
     about = {"seed": seed, "rig": fixture.name, **(attributes or {})}
     return Recording.from_arrays(shown, [values[c.name] for c in shown], dt, about)

@@ -13,7 +13,7 @@ from macromicro.plant.power import LINE
 from macromicro.plant.transmission import LINEAR
 
 
-def checked(tree: Any) -> Iterator[Checked]:
+def check_lines(tree: Any) -> Iterator[Checked]:
     yield from _limits(tree)
     yield from _home(tree)
     yield from _index(tree)
@@ -175,7 +175,7 @@ def _drive(tree: Any) -> Iterator[Checked]:
         amplifier.continuous,
         "below {amplifier.current}, or it never trips",
     )
-    takes = sheets.held(tree) / (sheets.constant(tree) * tree.drive.efficiency)
+    takes = sheets.breakaway_force(tree) / (sheets.constant(tree) * tree.drive.efficiency)
     yield (
         amplifier.continuous <= takes,
         "amplifier.continuous",

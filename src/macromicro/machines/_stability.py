@@ -12,7 +12,7 @@ import numpy as np
 from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.control.integral import Integral
-from macromicro.control.stability import blamed, words
+from macromicro.control.stability import find_unstable_gain, words
 from macromicro.machines import loops, piezo_loop, sheets, wire_sheets
 from macromicro.machines.loops import Complex
 from macromicro.machines.tree import Checked, is_own
@@ -70,14 +70,16 @@ def piezo(tree: Any) -> Iterator[Checked]:
 def wire(tree: Any) -> Iterator[Checked]:
     yield from _range(tree, 0.0, tree.driver.full_scale, "what the driver can give")
     yield from _ahead(tree, tree.driver.full_scale, "the driver's full scale", ("velocity",))
-    yield from _unstable(tree, ("kp", "ki"), _heated, loops.pi)
+    yield from _unstable(tree, ("kp", "ki"), _contraction_per_effort, loops.pi)
 
 
-def _heated(tree: Any, frequency: Array) -> Complex:
+def _contraction_per_effort(tree: Any, frequency: Array) -> Complex:
     """Contraction per effort while the wire transforms, without heat loss, m/V."""
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     per_volt = wire_sheets.per_joule(tree) * wire_sheets.power(tree) / tree.driver.full_scale
-    found: Complex = per_volt / s / (1.0 + s * tree.driver.lag) * loops.stepped(s, tree.timing)
+    found: Complex = (
+        per_volt / s / (1.0 + s * tree.driver.lag) * loops.hold_and_delay(s, tree.timing)
+    )
     return found
 
 
@@ -130,7 +132,7 @@ def _unstable(tree: Any, names: tuple[str, ...], plant: Plant, law: Law) -> Iter
         return
     notch = tuple(f"notch.{name}" for name in ("frequency", "depth", "width"))
     usual = _usual(tree, (*names, *notch))
-    found = blamed(gains, usual, holds)
+    found = find_unstable_gain(gains, usual, holds)
     name, bound = found or (names[0], usual[names[0]])
     value, spoken = value_at(gains, name), _with_unit(tree, name, bound)
     accepted = words(value, bound, spoken)

@@ -24,7 +24,7 @@ from macromicro.machines.parts import (
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import machine_tree, settled
+from macromicro.machines.tree import derive_all, machine_tree
 from macromicro.plant import axis, power
 from macromicro.plant.axis import Body, Reading
 from macromicro.plant.carriage import Carriage
@@ -59,7 +59,7 @@ class Axis(NamedTuple):
     climate: Climate = Climate()
 
 
-DEFAULT: Any = settled(Axis())
+DEFAULT: Any = derive_all(Axis())
 
 
 def prepare(tree: Any) -> axis.Axis:
@@ -77,7 +77,7 @@ def prepare(tree: Any) -> axis.Axis:
         drive.error_period,
         drive.cogging,
         drive.cogging_period,
-        *sheets.unbalanced(tree),
+        *sheets.eccentric_load(tree),
     )
     reading = Reading(
         Encoder(tree.encoder.pitch, tree.encoder.bits),

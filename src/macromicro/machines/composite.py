@@ -13,7 +13,7 @@ from macromicro.machines import stage_trees
 from macromicro.machines.machine import Machine
 from macromicro.machines.period import Bench, Extra, Stages
 from macromicro.place import Place
-from macromicro.schema.keys import found, unknown
+from macromicro.schema.keys import show_value, unknown
 from macromicro.schema.text import printable
 
 # Orders of stages: they begin each move at the same time, or one after the other in their order in
@@ -60,10 +60,10 @@ def from_table(raw: dict[str, Any], where: str) -> Composite:
     unknown(raw, ("stages", "order"), f"{where}, ")
     order = raw.get("order", TOGETHER)
     if order not in (TOGETHER, IN_TURN):
-        raise InputError(f"{where}, order", found(order), f'"{TOGETHER}" or "{IN_TURN}"')
+        raise InputError(f"{where}, order", show_value(order), f'"{TOGETHER}" or "{IN_TURN}"')
     kinds = raw.get("stages")
     if not isinstance(kinds, dict) or len(kinds) < 2:
-        raise InputError(f"{where}, stages", found(kinds), _STAGES)
+        raise InputError(f"{where}, stages", show_value(kinds), _STAGES)
     stages = []
     for name, kind in kinds.items():
         if not _NAME.fullmatch(name) or name in _RESERVED:
@@ -74,7 +74,7 @@ def from_table(raw: dict[str, Any], where: str) -> Composite:
     pairs = ", ".join(f'{name} = "{kind}"' for name, kind in kinds.items())
     moves = "coordinated moves" if order == TOGETHER else "moves one after the other"
     title = f"{len(stages)} stages with {moves}"
-    tree = stage_trees.made({name: one.settings for name, one in stages})
+    tree = stage_trees.joint_tree({name: one.settings for name, one in stages})
     description = f'{{ stages = {{ {pairs} }}, order = "{order}" }}'
     name = "_".join(kinds)
     return Composite(name, title, tree, tuple(stages), description=description, order=order)

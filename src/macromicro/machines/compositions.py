@@ -11,12 +11,12 @@ from macromicro.machines import machine as machines
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.machine import JOINT, KEY, Machine
-from macromicro.machines.tree import joined
+from macromicro.machines.tree import with_law
 from macromicro.recording import Recording
 from macromicro.schema import config
 from macromicro.schema.text import parsed_toml, printable, read_toml
 from macromicro.settings import Settings
-from macromicro.settings import chosen as two_stage_settings
+from macromicro.settings import choose as two_stage_settings
 
 
 class TwoStage(NamedTuple):
@@ -41,30 +41,30 @@ def machine(name: object, where: str) -> AnyMachine:
     return XY_MACHINE if name == JOINT else machines.named(name, where)
 
 
-def named(name: object, where: str) -> AnyMachine | TwoStage:
+def by_name(name: object, where: str) -> AnyMachine | TwoStage:
     return TWO_STAGE if name == TWO_STAGE.name else machine(name, where)
 
 
-def chosen(path: Path | None) -> AnyMachine | TwoStage:
+def of_file(path: Path | None) -> AnyMachine | TwoStage:
     """The machine that a settings file, or none, is for."""
     if path is None:
         return TWO_STAGE
-    return named(_named(path), f"{printable(path, 300)}, {KEY}")
+    return by_name(_machine_entry(path), f"{printable(path, 300)}, {KEY}")
 
 
 def is_two_stage(path: Path | None) -> bool:
     """Whether a settings file, or none, is for the two-stage machine."""
-    return isinstance(chosen(path), TwoStage)
+    return isinstance(of_file(path), TwoStage)
 
 
-def _named(path: Path) -> object:
+def _machine_entry(path: Path) -> object:
     """What a settings file says of its machine."""
     return read_toml(path, config.WHAT).get(KEY, TWO_STAGE.name)
 
 
 def load(path: Path, law: str | None = None) -> tuple[AnyMachine, Any]:
     """The machine that a settings file names, under the law that it chooses, and its settings."""
-    whole = machine(_named(path), f"{printable(path, 300)}, {KEY}")
+    whole = machine(_machine_entry(path), f"{printable(path, 300)}, {KEY}")
     if not isinstance(whole, Composite):
         return machines.load(path, law)
     composite.refuse_law(law, composite.names(whole))
@@ -102,10 +102,10 @@ def by_default(machine: AnyMachine | TwoStage, law: str | None) -> Any:
         return machine.settings
     if isinstance(machine, Composite):
         composite.refuse_law(law, composite.names(machine))
-    return joined(machine.settings, law, "--law")
+    return with_law(machine.settings, law, "--law")
 
 
-def recorded(recording: Recording) -> tuple[AnyMachine, Any] | None:
+def of_recording(recording: Recording) -> tuple[AnyMachine, Any] | None:
     """The machine of a recording and its settings; None: the two-stage machine."""
     text, where = recording.attributes.get("settings"), "the recording's settings"
     table = parsed_toml(text, where) if isinstance(text, str) else {}

@@ -17,7 +17,7 @@ from macromicro.conformance import (
     Checks,
     Finding,
     failures,
-    performed,
+    perform,
     require,
     runs,
 )
@@ -60,7 +60,7 @@ def check(machine: Machine | Any) -> Iterator[Finding]:
         remedy = "a macromicro.machines.machine.Machine (docs/own-machines.md)"
         yield Finding("shape", False, f"a {type(machine).__name__}", remedy)
         return
-    yield from performed(_CHECKS, machine, first=("shape", "kernels", "start"))
+    yield from perform(_CHECKS, machine, first=("shape", "kernels", "start"))
 
 
 def broken(machine: Machine | Any) -> list[str]:
@@ -120,7 +120,7 @@ def _settings(machine: Machine) -> str:
         raise Broken(f"{error.where}: {error.value}", error.accepted) from None
     wrong = ", ".join(config.difference(again, settings))
     require(again == settings, f"{wrong} change on the way through TOML", "each field with a Par")
-    ruled = tree.settled(settings)
+    ruled = tree.derive_all(settings)
     wrong = ", ".join(config.difference(ruled, settings))
     remedy = "settings that are settled(...)"
     require(ruled == settings, f"{wrong} do not follow their rules", remedy)
@@ -182,7 +182,7 @@ def _direction(machine: Machine) -> str:
     raise Broken(found, "a positive effort drives up; the truth's first field is the position")
 
 
-def _compiled(machine: Machine) -> str:
+def _check_compiled(machine: Machine) -> str:
     settings = machine.settings
     plan = planning.plan(planning.usual(settings), settings)
     stages, noise = composite.stages(machine), (_noise(machine, _PERIODS),)
@@ -209,7 +209,7 @@ def _moves(machine: Machine) -> str:
         words = f"{fault.message} {fault.evidence}"
         raise Broken(words, "gains, motion limits and guard that suit each other")
     moves = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
-    count = results.arrived(moves)
+    count = results.count_arrived(moves)
     found = f"{count} of the {len(moves)} usual moves arrive"
     remedy = "gains, or arrival.tolerance and patience, with which all do"
     require(count == len(moves), found, remedy)
@@ -232,7 +232,7 @@ _CHECKS: Checks = (
     ("kernels", _kernels),
     ("start", _start),
     ("direction", _direction),
-    ("compiled", _compiled),
+    ("compiled", _check_compiled),
     ("moves", _moves),
     ("model", _model),
 )

@@ -8,24 +8,24 @@ from typing import Any
 
 from macromicro.control.notch import Notch
 from macromicro.machines import loops
-from macromicro.machines._rounding import rounded as _round
+from macromicro.machines._rounding import round_to as _round
 from macromicro.machines.homing import reveal
 from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
 from macromicro.machines.sheets import (
     SPARE,
+    available_force,
+    breakaway_force,
     constant,
+    eccentric_load,
     ends,
     fastest,
     force,
-    held,
     lag,
-    left,
     mass,
     per_newton,
     plant,
     turn,
     turning,
-    unbalanced,
     weight,
 )
 from macromicro.machines.tree import Rule
@@ -53,15 +53,15 @@ def _velocity(tree: Any) -> float:
     """Speed at 0.7 of the motor's supply, within encoder and travel."""
     way = tree.travel.high - tree.travel.low
     # The acceleration takes 0.6 of the force that is left: viscous friction may take 0.3.
-    by_force = 0.3 * left(tree) / max(tree.friction.viscous, 1e-12)
-    by_way = math.sqrt(max(way, 1e-9) * left(tree) / mass(tree))
+    by_force = 0.3 * available_force(tree) / max(tree.friction.viscous, 1e-12)
+    by_way = math.sqrt(max(way, 1e-9) * available_force(tree) / mass(tree))
     by_counter = 0.8 * tree.encoder.rate * tree.encoder.pitch
     return _round(min(0.9 * fastest(tree), by_counter, by_way, by_force))
 
 
 def _acceleration(tree: Any) -> float:
     # At the greatest speed the back-EMF leaves less of the supply: half is for that.
-    return _round(0.6 * left(tree) / mass(tree))
+    return _round(0.6 * available_force(tree) / mass(tree))
 
 
 def bandwidth(tree: Any) -> float:
@@ -176,7 +176,7 @@ def let_go(tree: Any) -> float:
     return float(0.5 * lag(tree) * speed)
 
 
-def seen(tree: Any) -> float:
+def smallest_error(tree: Any) -> float:
     """The least error that the encoder shows for certain."""
     return float(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7))
 
@@ -192,7 +192,7 @@ def nearest(tree: Any) -> tuple[tuple[float, str], ...]:
         breaks = per_newton(tree) * (tree.friction.coulomb + tree.friction.stribeck)
         creep = breaks / max(p.velocity * p.integral * p.position * quarter, 1e-12)
     return (
-        (seen(tree), "four counts of the encoder, or four times its noise"),
+        (smallest_error(tree), "four counts of the encoder, or four times its noise"),
         (slack, "the slack of the drive (drive.backlash)"),
         (
             creep,
@@ -218,13 +218,13 @@ def _jerk(tree: Any) -> float:
 
 def _push(tree: Any) -> float:
     """Twice the holding effort, and a minimum."""
-    holds = max(2.0 * per_newton(tree) * held(tree), LIGHT * tree.guard.effort)
+    holds = max(2.0 * per_newton(tree) * breakaway_force(tree), LIGHT * tree.guard.effort)
     return _round(min(holds, 0.95 * tree.guard.effort))
 
 
 def _lean(tree: Any) -> float:
     """1.5 times the breakaway effort, below the push of homing."""
-    starts = STARTS * per_newton(tree) * held(tree)
+    starts = STARTS * per_newton(tree) * breakaway_force(tree)
     return _round(min(starts, LESS * tree.guard.push))
 
 
@@ -274,8 +274,8 @@ RULES: tuple[Rule, ...] = (
     ("controller.ahead_friction", _friction_volts),
     ("controller.loosen", _loosen),
     ("controller.ahead_gravity", lambda t: _round(per_newton(t) * weight(t))),
-    ("controller.ahead_unbalance", lambda t: _round(per_newton(t) * unbalanced(t)[0])),
-    ("controller.hangs", lambda t: unbalanced(t)[1]),
+    ("controller.ahead_unbalance", lambda t: _round(per_newton(t) * eccentric_load(t)[0])),
+    ("controller.hangs", lambda t: eccentric_load(t)[1]),
     ("arrival.tolerance", _tolerance),
     ("controller.rest", lambda t: _round(0.5 * t.arrival.tolerance)),
     ("motion.jerk", _jerk),

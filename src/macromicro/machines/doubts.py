@@ -32,7 +32,7 @@ def _arrival(tree: Any) -> str:
     value, place = tree.arrival.tolerance, places.of(tree)
     way, cause, shown = tree.travel.high - tree.travel.low, "what the sensor shows", value
     if hasattr(tree, "drive"):  # an axis, or one that turns
-        shown, cause = deriving.seen(tree), max(deriving.nearest(tree))[1]
+        shown, cause = deriving.smallest_error(tree), max(deriving.nearest(tree))[1]
     if value > FAR * shown:
         much = f"{value / shown:.0f} times the {place.told(shown, digits=3)} that the encoder shows"
     elif value > COARSE * way:
@@ -45,14 +45,16 @@ def _arrival(tree: Any) -> str:
 RULES: tuple[tuple[str, Callable[[Any], str]], ...] = ((ARRIVAL, _arrival),)
 
 
-def found(tree: Any) -> tuple[Doubt, ...]:
+def find_doubts(tree: Any) -> tuple[Doubt, ...]:
     """Uncertain derived settings of a machine."""
     stages = [
         (n, own) for n, own in zip(tree._fields, tree, strict=True) if hasattr(own, "derived")
     ]
     if not stages:
         return tuple(_of(tree, RULES))
-    each = [one._replace(path=f"{name}.{one.path}") for name, own in stages for one in found(own)]
+    each = [
+        one._replace(path=f"{name}.{one.path}") for name, own in stages for one in find_doubts(own)
+    ]
     why = " and ".join(one.path for one in each if one.path.endswith(ARRIVAL))
     if not why or not hasattr(tree, "path"):
         return tuple(each)
@@ -73,7 +75,7 @@ def _of(tree: Any, rules: tuple[tuple[str, Callable[[Any], str]], ...]) -> list[
 
 def refuse(tree: Any, file: str, what: str) -> None:
     """Refuse settings with an uncertain value that decides the result."""
-    for each in found(tree):
+    for each in find_doubts(tree):
         accepted = (
             f"a value set in the file: {what} depends on it, and the derived one {each.reason}"
         )

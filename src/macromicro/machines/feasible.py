@@ -18,7 +18,7 @@ def problems(tree: Any) -> list[Problem]:
         *_force(tree),
         *_encoder(tree),
         *_loop(tree),
-        *_feasible_lines.checked(tree),
+        *_feasible_lines.check_lines(tree),
     )
     found = [(path, value, words) for wrong, path, value, words in every if wrong]
     return found or _stability.problems(tree, _stability.axis)
@@ -53,7 +53,7 @@ def _way(tree: Any) -> Iterator[Checked]:
 
 def _force(tree: Any) -> Iterator[Checked]:
     """A motor that can move its load."""
-    most, held, place = sheets.force(tree), sheets.held(tree), places.of(tree)
+    most, held, place = sheets.force(tree), sheets.breakaway_force(tree), places.of(tree)
     newton = place.named("N")
     yield (
         held >= sheets.SPARE * most,

@@ -8,7 +8,16 @@ from typing import Any
 from macromicro.control.live.leading import Seek, Touch
 from macromicro.machines import _wiring, pace
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, START, STOP
-from macromicro.machines.sheets import endless, ends, force, held, lag, mass, per_newton, pulled
+from macromicro.machines.sheets import (
+    breakaway_force,
+    endless,
+    ends,
+    force,
+    gravity_at,
+    lag,
+    mass,
+    per_newton,
+)
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
 EMF = 0.35  # share of the effort for the back-EMF; kinetic friction takes less than 0.56
@@ -116,7 +125,7 @@ def stop(tree: Any) -> Touch:
     # The lead that the law needs for the effort, within half of the guard's limit.
     lead = min(0.5 * tree.guard.error, 2.0 * effort / (law.velocity * law.position))
     wound = effort / (law.velocity * law.integral * law.position * lead)
-    weighs = pulled(tree, low)
+    weighs = gravity_at(tree, low)
     leans = max(push - tree.friction.coulomb + weighs, 0.0) / load.stop_stiffness
     way = _way(tree)
     give = max(4.0 * tree.encoder.pitch, tree.arrival.tolerance)
@@ -138,6 +147,6 @@ def stop(tree: Any) -> Touch:
 
 def reveal(tree: Any) -> float:
     """Time in which a free stage moves visibly under the guard's `lean`."""
-    left = tree.guard.lean / per_newton(tree) - held(tree)
+    left = tree.guard.lean / per_newton(tree) - breakaway_force(tree)
     takes = math.sqrt(2.0 * mass(tree) * tree.guard.still / left) if left > 0.0 else STAND
     return float(max(REVEAL, SURELY * (takes + lag(tree))))

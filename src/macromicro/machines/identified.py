@@ -41,7 +41,7 @@ def sheet(path: Path) -> Sheet:
     return Sheet(file, machine, table, tree)
 
 
-def merged(found: Result, known: Sheet) -> str:
+def merge(found: Result, known: Sheet) -> str:
     """The sheets' file with identified values and their sources, as TOML."""
     place = places.of(known.tree)
     model, where = found.model, f"--machine {known.file}"

@@ -44,7 +44,7 @@ class Held(NamedTuple):
     ] = 0.0
 
 
-def wired(settings: Any) -> Wired:
+def wiring(settings: Any) -> Wired:
     return Wired(SLACK * leaving(settings), rise(settings))
 
 
@@ -140,14 +140,14 @@ def bounded(guard: Limits, p: Wired, s: Held) -> Limits:
     return slower(guard, math.inf if free else p.leave)
 
 
-def shown(lines: Lines, there: tuple[str, ...]) -> Lines:
+def visible_lines(lines: Lines, there: tuple[str, ...]) -> Lines:
     """Lines for clients and records."""
     return Lines(
         *(v if n in there else math.nan for n, v in zip(Lines._fields, lines, strict=True))
     )
 
 
-def read(sample: Any, there: tuple[str, ...]) -> Lines:
+def read_lines(sample: Any, there: tuple[str, ...]) -> Lines:
     found = {n: float(getattr(sample, n)) for n in Lines._fields if n in there}
     return QUIET._replace(**found)
 

@@ -30,7 +30,7 @@ def law(p: Cascade, frequency: Array, dt: float) -> Complex:
     # The observer's corrected speed per position, from its two difference equations.
     seen = rate / back / (1.0 + (place + dt * rate / back) / (z - 1.0))
     found: Complex = p.velocity * (1.0 + p.integral * dt / back) * (p.position + seen)
-    return found * notched(p.notch, frequency, dt)
+    return found * notch_response(p.notch, frequency, dt)
 
 
 def pi(p: StagePi, frequency: Array, dt: float) -> Complex:
@@ -40,14 +40,14 @@ def pi(p: StagePi, frequency: Array, dt: float) -> Complex:
     return found
 
 
-def stepped(s: Complex, timing: Any) -> Complex:
+def hold_and_delay(s: Complex, timing: Any) -> Complex:
     """Response of D/A hold and delay."""
     turn = s * timing.period
     found: Complex = (1.0 - np.exp(-turn)) / turn * np.exp(-s * timing.delay)
     return found
 
 
-def notched(p: Notch, frequency: Array, dt: float) -> Complex:
+def notch_response(p: Notch, frequency: Array, dt: float) -> Complex:
     f = np.asarray(frequency, dtype=np.float64)
     if p.frequency <= 0.0 or 2.0 * p.frequency * dt >= 1.0:
         return np.ones(len(f), np.complex128)

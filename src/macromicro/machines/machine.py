@@ -13,7 +13,7 @@ from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
 from macromicro.machines import axis, equipped, homing, piezo, rotary, sheets, wire
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import LAW, is_corrected, is_own, joined
+from macromicro.machines.tree import LAW, is_corrected, is_own, with_law
 from macromicro.schema import config, plugins
 from macromicro.schema.text import printable, read_toml
 
@@ -225,10 +225,10 @@ def load(path: Path, law: str | None = None) -> tuple[Machine, Any]:
     ('axis', 0.5)
     """
     machine = chosen(path)
-    tree = machine.settings if law is None else joined(machine.settings, law, "--law")
+    tree = machine.settings if law is None else with_law(machine.settings, law, "--law")
     settings = config.load_overrides(path, tree, machine.name)
     if law is not None:  # the option goes before the file's word
-        settings = joined(settings, law, "--law")
+        settings = with_law(settings, law, "--law")
     return under(machine, settings), settings
 
 

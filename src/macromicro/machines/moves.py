@@ -49,7 +49,7 @@ def usual(machine: Composite, settings: Any) -> Course:
     high = [own.travel.high for own in machine.trees(settings)]
     ends = [tuple(share * end for end in high) for share in SHARES]
     legs = tuple(Move("line", end, 0.3) for end in ends)
-    return ordered(machine, Course("there and back", legs, "the machine's usual moves"))
+    return in_order(machine, Course("there and back", legs, "the machine's usual moves"))
 
 
 def load(path: Path, machine: Composite, settings: Any) -> Course:
@@ -64,7 +64,7 @@ def load(path: Path, machine: Composite, settings: Any) -> Course:
         legs = (Move("line", first, held), Move("trajectory", last, held, table))
         made = Course(printable(path.stem, 200), legs, str(path))
     else:
-        made = _written(path, machine)
+        made = _read_file(path, machine)
     for number, leg in enumerate(made.legs, 1):
         each = zip(names(machine), machine.trees(settings), places(machine), leg.end, strict=True)
         for name, own, place, end in each:
@@ -72,10 +72,10 @@ def load(path: Path, machine: Composite, settings: Any) -> Course:
             if not low - MEET <= end <= high + MEET:
                 accepted = f"{place.told(low)} to {place.told(high)} ({name}.travel)"
                 raise InputError(f"{file}, move {number}, {name}", place.told(end), accepted)
-    return ordered(machine, made)
+    return in_order(machine, made)
 
 
-def ordered(machine: Composite, course: Course) -> Course:
+def in_order(machine: Composite, course: Course) -> Course:
     """A programme as its machine moves: stages in turn take a move each, and hold after the last.
 
     A stage that stays has no move, unless none moves.
@@ -94,7 +94,7 @@ def ordered(machine: Composite, course: Course) -> Course:
     return course._replace(legs=tuple(legs))
 
 
-def _written(path: Path, machine: Composite) -> Course:
+def _read_file(path: Path, machine: Composite) -> Course:
     raw, file = read_toml(path, WHAT), printable(path, 300)
     unknown(raw, ("title", "moves"), f"{file}, ")
     title = entries.title(raw, file) or printable(path.stem, 200)
@@ -167,13 +167,13 @@ def plan(machine: Composite, settings: Any, programme: Course) -> Schedule:
     here: tuple[float, ...] = (0.0,) * len(trees)
     ways: list[list[Way]] = [[] for _ in trees]
     for leg in programme.legs:
-        pieces = _line(here, leg.end, trees) if leg.name == "line" else _tracked(leg)
+        pieces = _line(here, leg.end, trees) if leg.name == "line" else _trajectory_columns(leg)
         for each, own, end in zip(ways, pieces, leg.end, strict=True):
             each.append(Way(math.nan, end, leg.hold, own))
         here = leg.end
     for name, each, own in zip(names(machine), ways, trees, strict=True):
         planning.check(each, own, f"{where}, {name}")
-    plans = tuple(planning.joined(each, math.nan) for each in ways)
+    plans = tuple(planning.join(each, math.nan) for each in ways)
     return Schedule(plans, programme.legs)
 
 
@@ -197,6 +197,6 @@ def _line(here: Sequence[float], end: Sequence[float], trees: Sequence[Any]) -> 
     return made
 
 
-def _tracked(leg: Move) -> list[Array]:
+def _trajectory_columns(leg: Move) -> list[Array]:
     t, *places = leg.times
     return [planning.track(t, own).pieces for own in places]

@@ -35,14 +35,14 @@ AND = "+"  # between the names of rigs
 _SHARE = 0.25  # of the greatest speed, on the way to the start
 
 
-def found(
+def find_rigs(
     name: str, machine: AnyMachine, settings: Any, seed: int, what: str = "a programme"
 ) -> tuple[Fixture, ...] | None:
     """The rigs of a machine, one a stage; None: the simulated machine."""
     if name == TWIN:
         return None
     trees = machine.trees(settings)
-    names = named(name, composite.names(machine)) if isinstance(machine, Composite) else [name]
+    names = rig_names(name, composite.names(machine)) if isinstance(machine, Composite) else [name]
     each = enumerate(zip(names, trees, strict=True))
     return tuple(one(rig, own, seed + k, what) for k, (rig, own) in each)
 
@@ -52,7 +52,7 @@ def several(name: str) -> bool:
     return AND in name and not Path(name).is_file()
 
 
-def named(name: str, stages: tuple[str, ...] = AXES) -> list[str]:
+def rig_names(name: str, stages: tuple[str, ...] = AXES) -> list[str]:
     """The rig of each stage."""
     names = [one.strip() for one in name.split(AND)]
     if len(names) != len(stages) or TWIN in names:
@@ -66,7 +66,7 @@ def one(name: str, settings: Any, seed: int, what: str = "a programme") -> Fixtu
     """The rig of one stage."""
     if name.startswith(SCHEME):
         raise ProblemError(OPTION, "only the two-stage machine can replay a recording")
-    if boards.is_board(name) and boards.read(name).loop == BOARD_LOOP:
+    if boards.is_board(name) and boards.parse(name).loop == BOARD_LOOP:
         problem = "the law of this machine runs on the host"
         raise ProblemError(f"--loop {BOARD_LOOP}", problem, "Use --loop host or leave it out.")
     limits = board_limits.of(settings) if boards.is_board(name) else None
@@ -92,7 +92,7 @@ def _from(place: float, plan: Plan, settings: Any) -> Plan:
     profile = s_curve(distance, speed, most.acceleration, most.jerk, start=place)
     pieces = np.array(profile.segments).reshape(-1, 5)
     way = planning.Way(float("nan"), plan.origin, 0.0, pieces)
-    return planning.joined([way], float("nan"), place)
+    return planning.join([way], float("nan"), place)
 
 
 class Rigs:
@@ -154,7 +154,7 @@ class Member:
         self._rig.__exit__(kind, error, trace)
 
 
-def opened(rigs: Sequence[Fixture], seed: int) -> Rigs:
+def open_rigs(rigs: Sequence[Fixture], seed: int) -> Rigs:
     """Rigs on one clock, for one run."""
     each = [rig.open(seed + k) for k, rig in enumerate(rigs)]
     return Rigs(each, [rig.rest for rig in rigs])
@@ -203,7 +203,7 @@ def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
         raise MacromicroError(f"{where}: the stage stopped at {unit.told(last)}")
 
 
-def said(
+def announce(
     machine: AnyMachine,
     settings: Any,
     planned: Planned,
@@ -216,14 +216,17 @@ def said(
     trees, plans = machine.trees(settings), planning.each(planned)
     each = zip(composite.names(machine), machine.stages, trees, plans, rigs, strict=True)
     if not isinstance(machine, Composite):
-        return [f"{rigs[0].name}, {whole}:", *_moved(machine, settings, plans[0])]
+        return [f"{rigs[0].name}, {whole}:", *_announce_stage(machine, settings, plans[0])]
     lines = [f"{whole}, {all_of(len(rigs))} in step:"]
     for name, (_, one), own, plan, rig in each:
-        lines += [f"  {name} on {rig.name}:", *("  " + line for line in _moved(one, own, plan))]
+        lines += [
+            f"  {name} on {rig.name}:",
+            *("  " + line for line in _announce_stage(one, own, plan)),
+        ]
     return lines
 
 
-def _moved(machine: Machine, settings: Any, plan: Plan) -> list[str]:
+def _announce_stage(machine: Machine, settings: Any, plan: Plan) -> list[str]:
     unit = place_of(settings)
     hard = f"up to {settings.guard.effort:g} V"
     low, high = float(np.min(plan.target)), float(np.max(plan.target))

@@ -48,7 +48,7 @@ class Kept:
 
     def read(self) -> Shown:
         sample = self._rig.read()
-        self.lines = lines.read(sample, self.channels)
+        self.lines = lines.read_lines(sample, self.channels)
         return sample
 
     def write(self, outputs: Outputs) -> None:
@@ -56,7 +56,7 @@ class Kept:
         self._rig.write(given)
 
 
-def opened(rig: Any, pitch: float) -> Opened:
+def open_stage(rig: Any, pitch: float) -> Opened:
     return Opened(Kept(rig) if of(rig).lines else rig, pitch)  # type: ignore[arg-type]
 
 
@@ -102,11 +102,11 @@ STAGE = Kind("rig", 0, Unknown, _prepare, _now, _measure, _advance, _show)
 
 
 def of(rig: Any, place: Place = LENGTH) -> Kind:
-    return _wired(lines.of((*rig.channels, *getattr(rig, "outputs", ()))), place)
+    return _wired_kind(lines.of((*rig.channels, *getattr(rig, "outputs", ()))), place)
 
 
 @lru_cache(maxsize=16)
-def _wired(there: tuple[str, ...], place: Place) -> Kind:
+def _wired_kind(there: tuple[str, ...], place: Place) -> Kind:
     kind = STAGE._replace(place=place)
     return kind._replace(lines=there, sense=_sense, switch=_switch) if there else kind
 
@@ -123,7 +123,7 @@ def stages(simulated: Stages, on: Sequence[Any]) -> Stages:
 def bench(trees: Sequence[Any], on: Sequence[Any]) -> Bench:
     """Open rigs as runtime parameters, with their settings' pitches."""
     each = zip(on, trees, strict=True)
-    return Bench(tuple(opened(rig, own.encoder.pitch) for rig, own in each))
+    return Bench(tuple(open_stage(rig, own.encoder.pitch) for rig, own in each))
 
 
 def switched_on(stages: Sequence[Opened], kinds: Sequence[Kind], rise: float, dt: float) -> None:

@@ -44,7 +44,7 @@ def loop(settings: Any, plan: Plan, names: Sequence[str] = ()) -> Loop:
     corrected: Any = ()
     if tree.is_corrected(settings):
         corrected = correcting.tables(settings, names)
-    wired = lines.wired(settings)
+    wired = lines.wiring(settings)
     gains, guard, arrival = map(plain, (tree.gains(settings), settings.guard, settings.arrival))
     return Loop(gains, guard, arrival, plan, wired, corrected)
 
@@ -71,7 +71,7 @@ def _longest(settings: Any, plan: Plan) -> float:
     return float(plan.length.sum() + plan.hold.sum()) + waits + 1.0
 
 
-def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
+def expected_duration(machine: AnyMachine, settings: Any, planned: Planned) -> float:
     plan = planning.each(planned)[0]
     if not np.isnan(plan.end):
         return plan.end
@@ -79,7 +79,7 @@ def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
     return float(plan.length.sum() + plan.hold.sum()) + float(each) * len(plan.target)
 
 
-def begun(machine: AnyMachine, settings: Any, planned: Planned, count: int) -> Any:
+def begin(machine: AnyMachine, settings: Any, planned: Planned, count: int) -> Any:
     """The stages of a machine, and what their loop is given at the start for so many periods."""
     stages, bench = composite.stages(machine), composite.bench(machine, settings)
     control = loops(machine, settings, planned)
@@ -124,7 +124,7 @@ def perform(
             params, chunk, period = (
                 composite.bench(machine, settings if bench is None else bench),
                 CHUNK,
-                clocked.quickest(stages, expected(machine, settings, planned) / dt),
+                clocked.quickest(stages, expected_duration(machine, settings, planned) / dt),
             )
         else:
             for rig in rigs(on):

@@ -107,7 +107,7 @@ def law_columns(stages: Stages) -> tuple[Column, ...]:
 
 def _columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     found = _laid_out(kind, law).columns
-    if law.gains not in outside.found():
+    if law.gains not in outside.found_types():
         return found
     named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
     return tuple(c._replace(name=named.get(c.name, c.name)) for c in found)
@@ -150,11 +150,19 @@ def period(stages: Stages, recorded: bool = True) -> Period:
     `recorded`, it writes only what a live machine looks at: efforts, lines, laws' own columns.
     """
     for kind, law in zip(stages.kinds, stages.laws, strict=True):
-        joining.joined(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)
-    seen, acted, advanced = _seen(stages), _acted(stages), _advanced(stages)
-    placed, places, speeds = _placed(stages), _each(stages, _position), _each(stages, _velocity)
+        joining.join(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)
+    seen, acted, advanced = (
+        _reading_kernel(stages),
+        _acting_kernel(stages),
+        _advancing_kernel(stages),
+    )
+    placed, places, speeds = (
+        _placing_kernel(stages),
+        _each(stages, _position),
+        _each(stages, _velocity),
+    )
     follow = sequence.together(len(stages.kinds))
-    ended = _recorded(stages) if recorded else _looked_at(stages)
+    ended = _recording_kernel(stages) if recorded else _looked_at(stages)
     record_extra = _recorded_extra(stages) if recorded else nothing
 
     def run(
@@ -217,7 +225,7 @@ class Beside(NamedTuple):
     speeds: Any  # m/s
 
 
-def _seen(stages: Stages) -> Any:
+def _reading_kernel(stages: Stages) -> Any:
     """The readings of the stages, and what their lines say."""
 
     def each(j: int, rest: Any) -> Any:
@@ -270,7 +278,7 @@ def _corrected(loop: Any, part: Any, reading: Sample, lines: Lines, places: Any)
     return Sample(reading.t, place)
 
 
-def _placed(stages: Stages) -> Any:
+def _placing_kernel(stages: Stages) -> Any:
     """The positions at the readings."""
 
     def each(j: int, rest: Any) -> Any:
@@ -316,7 +324,7 @@ def _shifted(guard: Any, reading: Sample, sample: Sample) -> Any:
     return guarding.shifted(guard, 0.0 if math.isnan(off) else off)
 
 
-def _acted(stages: Stages) -> Any:
+def _acting_kernel(stages: Stages) -> Any:
     """Memory, watch, held, effort and flank of each stage, and whether a guard tripped."""
 
     def each(j: int, rest: Any) -> Any:
@@ -360,7 +368,7 @@ def _switched_off(act: Any, period: Shared) -> Any:
     return memory, watch, held, effort, flank
 
 
-def _recorded(stages: Stages) -> Any:
+def _recording_kernel(stages: Stages) -> Any:
     """The acts after faults and the truths of the stages, recorded."""
 
     def each(j: int, rest: Any) -> Any:
@@ -443,7 +451,7 @@ def _recorded_extra(stages: Stages) -> Any:
     return kernel(recorded)
 
 
-def _advanced(stages: Stages) -> Any:
+def _advancing_kernel(stages: Stages) -> Any:
     def each(j: int, rest: Any) -> Any:
         advance, switch = stages.kinds[j].advance, stages.kinds[j].switch
 

@@ -16,7 +16,7 @@ from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import Problem, machine_tree, settled
+from macromicro.machines.tree import Problem, derive_all, machine_tree
 from macromicro.plant import piezo
 from macromicro.plant.creep import Creep
 from macromicro.plant.gauge import Gauge
@@ -54,7 +54,7 @@ class Piezo(NamedTuple):
     guard: Limits = Limits(silent=5e-3)
 
 
-DEFAULT: Any = settled(Piezo())
+DEFAULT: Any = derive_all(Piezo())
 
 
 class Truth(NamedTuple):

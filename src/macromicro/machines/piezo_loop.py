@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.integral import Integral
-from macromicro.machines.loops import Complex, notched, stepped
+from macromicro.machines.loops import Complex, hold_and_delay, notch_response
 from macromicro.machines.piezo_sheets import omega
 
 
@@ -18,7 +18,7 @@ def law(p: Integral, frequency: Array, dt: float) -> Complex:
     z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
     summed = dt / (1.0 - 1.0 / z)
     found: Complex = p.proportional + p.integral * summed * (1.0 + p.drift * summed)
-    return found * notched(p.notch, frequency, dt)
+    return found * notch_response(p.notch, frequency, dt)
 
 
 def plant(tree: Any, frequency: Array) -> Complex:
@@ -28,5 +28,5 @@ def plant(tree: Any, frequency: Array) -> Complex:
     w = hidden.detuned * omega(tree)
     swung = w * w / (s * s + 2.0 * hidden.damping * w * s + w * w)
     given = 1.0 / (1.0 + s / (2.0 * math.pi * tree.amplifier.bandwidth))
-    found: Complex = given * swung * stepped(s, tree.timing)
+    found: Complex = given * swung * hold_and_delay(s, tree.timing)
     return found

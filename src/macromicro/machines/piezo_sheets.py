@@ -9,10 +9,10 @@ from typing import Any
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
-from macromicro.machines._rounding import rounded
+from macromicro.machines._rounding import round_to
 from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.gauge import repeats
-from macromicro.plant.piezo import loaded
+from macromicro.plant.piezo import loaded_resonance
 
 SPREAD = 0.25  # of the weights: a guess that suits soft ceramics; `identify plays` measures them
 PLAYS = 12
@@ -27,7 +27,7 @@ SPARE = 0.25  # share of the amplifier's current that moves may use
 
 def omega(tree: Any) -> float:
     """Printed resonance with the load."""
-    return 2.0 * math.pi * loaded(tree.guide)
+    return 2.0 * math.pi * loaded_resonance(tree.guide)
 
 
 def loop(tree: Any) -> Prandtl:
@@ -58,45 +58,45 @@ def reach(tree: Any) -> tuple[float, float]:
 
 def _acceleration(tree: Any) -> float:
     # The speed is reached over six periods of the resonance, its rise over two: it stays quiet.
-    return rounded(tree.motion.velocity * omega(tree) / (12.0 * math.pi))
+    return round_to(tree.motion.velocity * omega(tree) / (12.0 * math.pi))
 
 
-def _beside(tree: Any, edge: float) -> float:
+def _soft_limit(tree: Any, edge: float) -> float:
     """A soft limit 5 % beyond the travel, within the sensor's range."""
     room = 0.05 * (tree.travel.high - tree.travel.low)
     if edge < 0.0:
-        return rounded(max(tree.travel.low - room, tree.encoder.low))
-    return rounded(min(tree.travel.high + room, tree.encoder.high))
+        return round_to(max(tree.travel.low - room, tree.encoder.low))
+    return round_to(min(tree.travel.high + room, tree.encoder.high))
 
 
 RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("timing.steps", lambda t: float(max(math.ceil(t.timing.period / FINEST), 1))),
     (
         "arrival.tolerance",
-        lambda t: rounded(max(6.0 * t.encoder.noise, 4.0 * t.encoder.pitch, 1e-4 * t.travel.high)),
+        lambda t: round_to(max(6.0 * t.encoder.noise, 4.0 * t.encoder.pitch, 1e-4 * t.travel.high)),
     ),
-    ("motion.velocity", lambda t: rounded(SPARE * fastest(t))),
+    ("motion.velocity", lambda t: round_to(SPARE * fastest(t))),
     ("motion.acceleration", _acceleration),
-    ("motion.jerk", lambda t: rounded(t.motion.acceleration * omega(t) / (4.0 * math.pi))),
+    ("motion.jerk", lambda t: round_to(t.motion.acceleration * omega(t) / (4.0 * math.pi))),
     ("controller.gain", lambda t: t.amplifier.gain),
-    ("controller.low", lambda t: rounded(t.amplifier.low / t.amplifier.gain, 12)),
-    ("controller.high", lambda t: rounded(t.amplifier.high / t.amplifier.gain, 12)),
-    ("controller.integral", lambda t: rounded(SHARE * omega(t))),
-    ("controller.drift", lambda t: rounded(DRIFT * t.controller.integral)),
-    ("controller.ahead_velocity", lambda t: rounded(lag(t))),
-    ("controller.ahead_acceleration", lambda t: rounded(omega(t) ** -2 + 0.5 * lag(t) ** 2)),
-    ("controller.notch.frequency", lambda t: rounded(omega(t) / (2.0 * math.pi))),
-    ("controller.loop_thresholds", lambda t: tuple(rounded(r, 9) for r in loop(t).thresholds)),
-    ("controller.loop_weights", lambda t: tuple(rounded(w, 6) for w in loop(t).weights)),
+    ("controller.low", lambda t: round_to(t.amplifier.low / t.amplifier.gain, 12)),
+    ("controller.high", lambda t: round_to(t.amplifier.high / t.amplifier.gain, 12)),
+    ("controller.integral", lambda t: round_to(SHARE * omega(t))),
+    ("controller.drift", lambda t: round_to(DRIFT * t.controller.integral)),
+    ("controller.ahead_velocity", lambda t: round_to(lag(t))),
+    ("controller.ahead_acceleration", lambda t: round_to(omega(t) ** -2 + 0.5 * lag(t) ** 2)),
+    ("controller.notch.frequency", lambda t: round_to(omega(t) / (2.0 * math.pi))),
+    ("controller.loop_thresholds", lambda t: tuple(round_to(r, 9) for r in loop(t).thresholds)),
+    ("controller.loop_weights", lambda t: tuple(round_to(w, 6) for w in loop(t).weights)),
     ("guard.effort", lambda t: max(t.controller.high, -t.controller.low)),
     ("guard.push", lambda t: t.guard.effort),  # a stage at the end of its range does not move
-    ("guard.low", lambda t: _beside(t, -1.0)),
-    ("guard.high", lambda t: _beside(t, 1.0)),
-    ("guard.speed", lambda t: rounded(2.0 * fastest(t))),
-    ("guard.error", lambda t: rounded(0.1 * (t.travel.high - t.travel.low))),
-    ("guard.still", lambda t: rounded(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
+    ("guard.low", lambda t: _soft_limit(t, -1.0)),
+    ("guard.high", lambda t: _soft_limit(t, 1.0)),
+    ("guard.speed", lambda t: round_to(2.0 * fastest(t))),
+    ("guard.error", lambda t: round_to(0.1 * (t.travel.high - t.travel.low))),
+    ("guard.still", lambda t: round_to(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
     ("guard.leap", lambda t: t.guard.speed),
-    ("guard.repeats", lambda t: rounded(repeats(t.encoder, t.timing.period))),
+    ("guard.repeats", lambda t: round_to(repeats(t.encoder, t.timing.period))),
 )  # fmt: skip
 
 

@@ -81,7 +81,7 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
         ways = _ways(programme, place, tree, where, float(place[0]) if anywhere else 0.0)
     origin = _first(ways[0]) if anywhere else 0.0
     check(ways, tree, where, origin)
-    return joined(ways, programme.end, origin)
+    return join(ways, programme.end, origin)
 
 
 def _first(way: Way) -> float:
@@ -115,7 +115,7 @@ def stops(ends: Iterable[tuple[float, float]], hold: float, tree: Any, where: st
         ways.append(Way(math.nan, target, hold, pieces))
         before = target
     check(ways, tree, where)
-    return joined(ways, math.nan)
+    return join(ways, math.nan)
 
 
 def _profile(span: Span, programme: Programme, place: Array) -> Way:
@@ -242,7 +242,7 @@ def _check_travel(way: Way, tree: Any, where: str) -> None:
         raise ProblemError(where, found, "It can swing out between points: move them inwards.")
 
 
-def joined(ways: Sequence[Way], end: float, origin: float = 0.0) -> Plan:
+def join(ways: Sequence[Way], end: float, origin: float = 0.0) -> Plan:
     pieces, first, length = [], [0], []
     for way in ways:
         own = way.pieces

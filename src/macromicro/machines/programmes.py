@@ -14,7 +14,7 @@ from macromicro.programme.moves import MAX_MOVES
 from macromicro.schema import keys
 
 
-def chosen(machine: AnyMachine, settings: Any, name: str | None = None) -> Any:
+def choose(machine: AnyMachine, settings: Any, name: str | None = None) -> Any:
     """A programme's file, an example by its name, or the machine's usual moves."""
     path = None if name is None else programmes.find(name)
     if not isinstance(machine, Composite):
@@ -26,11 +26,11 @@ def chosen(machine: AnyMachine, settings: Any, name: str | None = None) -> Any:
     return moves.load(path, machine, settings)
 
 
-def repeated(machine: AnyMachine, programme: Any, cycles: int) -> Any:
+def repeat(machine: AnyMachine, programme: Any, cycles: int) -> Any:
     """A programme several times, one after the other."""
     if isinstance(machine, Composite):
         keys.whole(cycles, 1, MAX_MOVES // len(programme.legs), "--cycles")
-        repeat: Any = course.repeated if machine.has_plane else lambda legs, n: legs * n
+        repeat: Any = course.repeat if machine.has_plane else lambda legs, n: legs * n
         return programme._replace(legs=repeat(programme.legs, cycles))
     try:
         return programme.repeated(cycles)

@@ -85,7 +85,7 @@ def of(machine: AnyMachine, recording: Recording, planned: Planned, settings: An
     return [_joint(recording, planned, each) for each in zip(*stages, strict=True)]
 
 
-def planned(machine: AnyMachine, recording: Recording) -> Planned:
+def planned_moves(machine: AnyMachine, recording: Recording) -> Planned:
     """The moves of a recording as its set points show them."""
     t, index = recording["t"], recording["move"]
     count = int(np.max(index, initial=-1)) + 1
@@ -146,7 +146,7 @@ def moves(
     return found
 
 
-def arrived(those: Iterable[Any]) -> int:
+def count_arrived(those: Iterable[Any]) -> int:
     """Number of moves that arrived."""
     return sum(m.arrived_s is not None for m in those)
 
@@ -227,7 +227,7 @@ def under_way(recording: Recording, planned: Planned, move: int) -> slice:
     return slice(own.start, min(own.start + max(n, 1), own.stop))
 
 
-def known(values: Array) -> Array:
+def fill_gaps(values: Array) -> Array:
     """A column with gaps filled by the last reading."""
     good = ~np.isnan(values)
     if good.all() or not good.any():
@@ -242,8 +242,8 @@ def _distance(recording: Recording, names: tuple[str, str], part: slice, trace: 
     columns = [recording[name][part] for name in names if name in recording]
     if len(columns) < len(names) or any(np.isnan(column).all() for column in columns):
         return np.full(part.stop - part.start, np.nan)
-    places = [known(column) * 1e-3 for column in columns]
-    return contour.off(trace, *places).distance * 1e3
+    places = [fill_gaps(column) * 1e-3 for column in columns]
+    return contour.contour_error(trace, *places).distance * 1e3
 
 
 def _contour(recording: Recording, planned: Schedule, move: int) -> Contour | None:

@@ -129,7 +129,7 @@ def _inside(kind: Kind) -> Any:
     measure, advance = kind.measure, kind.advance
     sense, switch, show = kind.sense, kind.switch, kind.show
     # Else what is kept of it names types of another package, and is not read where that is not.
-    joining.joined(measure, advance, sense, switch, show)
+    joining.join(measure, advance, sense, switch, show)
 
     def stage(params: Any, state: Any, asked: Array, noise: Array, dt: float) -> Iterator[int]:
         while True:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from macromicro.control import cascade
 from macromicro.machines import axis, deriving, equipped, feasible
-from macromicro.machines._rounding import rounded
+from macromicro.machines._rounding import round_to
 from macromicro.machines.parts import INDEX, MARK, MOTOR, NONE, START, STOP, Timing
 from macromicro.machines.rotary_parts import (
     FRICTION,
@@ -29,7 +29,7 @@ from macromicro.machines.rotary_parts import (
 )
 from macromicro.machines.sheets import TURN
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import Checked, Problem, Rule, machine_tree, settled
+from macromicro.machines.tree import Checked, Problem, Rule, derive_all, machine_tree
 from macromicro.place import ANGLE
 from macromicro.plant.power import Amplifier
 from macromicro.schema.par import Par, entries
@@ -44,7 +44,7 @@ def _pitch(tree: Any) -> float:
     return float(2.0 * math.pi / (tree.encoder.counts * turns))
 
 
-def _named(tree: Any) -> str:
+def _usual_homing(tree: Any) -> str:
     """Default of `homing.on`."""
     if not tree.load.endless:
         return STOP
@@ -77,13 +77,13 @@ def _rule(path: str, rule: Callable[[Any], Any]) -> Rule:
         if "deg" not in par.read_in:
             return value
         degrees = par.given(value)
-        return par.taken(rounded(degrees) if endless is None else round(degrees, 6))
+        return par.taken(round_to(degrees) if endless is None else round(degrees, 6))
 
     return path, made
 
 
 RULES: tuple[Rule, ...] = (
-    ("homing.on", _named),
+    ("homing.on", _usual_homing),
     *(
         (path, _pitch) if path == "encoder.pitch" else _rule(path, rule)
         for path, rule in deriving.RULES
@@ -132,7 +132,7 @@ class Rotary(NamedTuple):
     homing: Homing = Homing()
 
 
-DEFAULT: Any = settled(Rotary())
+DEFAULT: Any = derive_all(Rotary())
 
 
 KIND = axis.KIND._replace(name=NAME, place=ANGLE)

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 from macromicro.control import cascade
 from macromicro.machines import guarding, parts, sequence
 from macromicro.machines.parts import LOAD, MARK, MOTOR, NONE, START, STOP, TURN
-from macromicro.place import turned
+from macromicro.place import as_rotary
 from macromicro.plant.friction import AxisFriction
 from macromicro.plant.winding import WINDING, winding
 from macromicro.schema.par import Par
@@ -175,43 +175,43 @@ class Feedback(NamedTuple):
     )
 
 
-@turned
+@as_rotary
 class Friction(AxisFriction):
     """Total friction as a torque at the load."""
 
     __slots__ = ()
 
 
-@turned
+@as_rotary
 class Travel(parts.Travel):
     """Targets of programmes lie between these."""
 
     __slots__ = ()
 
 
-@turned
+@as_rotary
 class Motion(parts.Motion):
     """Limits of the moves' profiles."""
 
     __slots__ = ()
 
 
-@turned
+@as_rotary
 class Arrival(sequence.Arrival):
     __slots__ = ()
 
 
-@turned
+@as_rotary
 class Limits(guarding.Limits):
     __slots__ = ()
 
 
-@turned
+@as_rotary
 class Cascade(cascade.Cascade):
     __slots__ = ()
 
 
-@turned
+@as_rotary
 class Switches(parts.Switches):
     """Limit and home switches."""
 

@@ -58,7 +58,7 @@ class StageSetup(Setup):
         self.programme, self.title = programme, title or getattr(programme, "title", "")
         self.cycles = cycles
         self.period = composite.period(machine, settings)
-        self.expected = performing.expected(machine, settings, plan)
+        self.expected = performing.expected_duration(machine, settings, plan)
         self.attributes = {"machine": machine.name}
         self.place = machine.stages[0][1].kind.place
         drawn = PATH_FIGURES if isinstance(machine, Composite) else FIGURES
@@ -102,25 +102,25 @@ class StageSetup(Setup):
 
     def compile(self) -> None:
         # Interpreted, a period shows whether its kernels compile.
-        stages, given = performing.begun(*self._simulated, count=0 if self._compiles else 1)
+        stages, given = performing.begin(*self._simulated, count=0 if self._compiles else 1)
         period.fastest(stages)(*given)
 
     def runs_interpreted(self) -> bool:
-        stages, given = performing.begun(*self._simulated, count=0)
+        stages, given = performing.begin(*self._simulated, count=0)
         periods = self.expected / self.period
         loop = period.period(stages)
         return self._compiles and interpreting.is_quicker(loop, periods, *given)
 
     def source(self, rig: str, seed: int) -> tuple[Fixture, ...] | None:
-        return on_rig.found(rig, self.machine, self.settings, seed)
+        return on_rig.find_rigs(rig, self.machine, self.settings, seed)
 
     def open(self, source: Sequence[Fixture] | None, seed: int) -> Rigs | None:
-        return None if source is None else on_rig.opened(source, seed)
+        return None if source is None else on_rig.open_rigs(source, seed)
 
     def intent(self, source: Sequence[Fixture] | None) -> list[str]:
         if source is None:
             return []
-        return on_rig.said(*self._simulated, self.title, source, self.expected)
+        return on_rig.announce(*self._simulated, self.title, source, self.expected)
 
     def results(self, recording: Recording) -> dict[str, Any]:
         return {"moves": results.of(self.machine, recording, self.plan, self.settings)}
@@ -131,7 +131,7 @@ class StageSetup(Setup):
         return stages.uncertain(self.machine, self.settings)
 
     def kept(self, drawn: Any) -> Any:
-        return stages.kept(self.machine, self.settings, drawn)
+        return stages.keep_settings(self.machine, self.settings, drawn)
 
     @property
     def main(self) -> tuple[str, ...]:
@@ -151,7 +151,7 @@ class StageSetup(Setup):
         return trial.metrics(self.machine)
 
     def measured(self, recording: Recording, code: int) -> Any:
-        return trial.measured(*self._simulated, recording, code)
+        return trial.figures_of(*self._simulated, recording, code)
 
     def rests(self, recording: Recording) -> list[Rest]:
         if self.timed:

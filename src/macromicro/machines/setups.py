@@ -12,12 +12,12 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.machines import compositions, programmes
 from macromicro.machines.runs import StageSetup
 from macromicro.programme import Programme
-from macromicro.rig.replay import SCHEME, opened
+from macromicro.rig.replay import SCHEME, open_recording
 from macromicro.runs import programmed
 from macromicro.runs.programmed import TwoStageSetup
 from macromicro.runs.setup import Setup
 from macromicro.schema import config
-from macromicro.settings import Settings, chosen
+from macromicro.settings import Settings, choose
 
 if TYPE_CHECKING:
     from macromicro.runs.job import Request
@@ -38,9 +38,9 @@ def of(
     """
     if compositions.is_two_stage(path):
         if settings is None:
-            return two_stage(chosen(Settings(), path, law), programme, cycles=cycles, fan=fan)
+            return two_stage(choose(Settings(), path, law), programme, cycles=cycles, fan=fan)
         config.check(settings, "settings")
-        return two_stage(chosen(settings, None, law), programme, cycles=cycles, fan=fan)
+        return two_stage(choose(settings, None, law), programme, cycles=cycles, fan=fan)
     if fan:
         raise ProblemError("--fan", "this machine has no fan")
     assert path is not None  # which names the machine
@@ -63,21 +63,21 @@ def two_stage(
 
 def stages(machine: Any, settings: Any, programme: Any = None, *, cycles: int = 1) -> StageSetup:
     if programme is None:
-        programme = programmes.chosen(machine, settings)
+        programme = programmes.choose(machine, settings)
     elif isinstance(programme, str | os.PathLike):
-        programme = programmes.chosen(machine, settings, str(os.fspath(programme)))
-    moving = programmes.repeated(machine, programme, cycles)
+        programme = programmes.choose(machine, settings, str(os.fspath(programme)))
+    moving = programmes.repeat(machine, programme, cycles)
     plan = programmes.plan(machine, settings, moving)
     return StageSetup(machine, settings, plan, programme=moving, cycles=cycles)
 
 
-def requested(request: Request) -> tuple[Setup, Any, str]:
+def of_request(request: Request) -> tuple[Setup, Any, str]:
     """The setup of a request, what it runs on, and the name of its folder."""
     programme: Any = request.programme
     replayed = request.rig.startswith(SCHEME)
     own = replayed and programme is None  # the recording's own moves
     if own and compositions.is_two_stage(request.config):
-        programme = timetable(opened(request.rig))
+        programme = timetable(open_recording(request.rig))
     how: Any = {"law": request.law, "cycles": request.cycles, "fan": request.fan}
     setup = of(request.config, programme, **how)
     named = request.programme or setup.usual or request.config or ""

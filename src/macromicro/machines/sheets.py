@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.machines.loops import Complex, stepped
+from macromicro.machines.loops import Complex, hold_and_delay
 from macromicro.machines.parts import MOTOR
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
@@ -51,7 +51,7 @@ def weight(tree: Any) -> float:
     return float(moved * GRAVITY * math.sin(tree.load.incline))
 
 
-def unbalanced(tree: Any) -> tuple[float, float]:
+def eccentric_load(tree: Any) -> tuple[float, float]:
     """Gravity on an eccentric load."""
     load = tree.load
     return float(getattr(load, "unbalance", 0.0)), float(getattr(load, "hangs", 0.0))
@@ -70,15 +70,15 @@ def ends(tree: Any) -> tuple[float, float]:
     return float(low - TURN), float(high + TURN)
 
 
-def pulled(tree: Any, place: float) -> float:
+def gravity_at(tree: Any, place: float) -> float:
     """Gravity at a place, towards lower positions."""
-    most, hangs = unbalanced(tree)
+    most, hangs = eccentric_load(tree)
     return weight(tree) + most * math.sin(place - hangs)
 
 
 def heaviest(tree: Any) -> float:
     """Greatest gravity anywhere, of either sign."""
-    return abs(weight(tree)) + unbalanced(tree)[0]
+    return abs(weight(tree)) + eccentric_load(tree)[0]
 
 
 def current(tree: Any) -> float:
@@ -103,20 +103,20 @@ def per_newton(tree: Any) -> float:
     return float(tree.motor.resistance / (push * tree.amplifier.gain))
 
 
-def held(tree: Any) -> float:
+def breakaway_force(tree: Any) -> float:
     """Friction and weight to overcome upwards from rest."""
     rubbing = tree.friction
     return float(rubbing.coulomb + rubbing.stribeck + rubbing.ripple + heaviest(tree))
 
 
-def rubbed(tree: Any) -> float:
+def sliding_force(tree: Any) -> float:
     """Friction and weight in upward motion, without the viscous part."""
     return float(tree.friction.coulomb + tree.friction.ripple + heaviest(tree))
 
 
-def left(tree: Any) -> float:
+def available_force(tree: Any) -> float:
     """Force left for acceleration in moves."""
-    return max(SPARE * force(tree) - rubbed(tree), 0.01 * force(tree))
+    return max(SPARE * force(tree) - sliding_force(tree), 0.01 * force(tree))
 
 
 def fastest(tree: Any) -> float:
@@ -129,7 +129,7 @@ def fastest(tree: Any) -> float:
     push = k * tree.drive.efficiency
     ohmic = tree.motor.resistance / push
     # SPARE V = R/K (coulomb + weight + viscous v) + K v
-    v = (SPARE * volts - ohmic * rubbed(tree)) / (k + ohmic * tree.friction.viscous)
+    v = (SPARE * volts - ohmic * sliding_force(tree)) / (k + ohmic * tree.friction.viscous)
     return float(max(v, 0.01 * SPARE * volts / k))
 
 
@@ -183,5 +183,5 @@ def plant(tree: Any, frequency: Array) -> Complex:
         speed = amp.gain * push / (winding * drag + push * k)
     if tree.encoder.at != MOTOR:
         speed = speed * seen
-    found: Complex = speed / s * stepped(s, tree.timing)
+    found: Complex = speed / s * hold_and_delay(s, tree.timing)
     return found

@@ -185,7 +185,7 @@ def quick(kind: Kind) -> Kind:
     'piezo'
     """
     kernels: dict[str, Any] = {name: getattr(kind, name) for name in kernels_of(kind)}
-    joining.joined(*kernels.values())
+    joining.join(*kernels.values())
     made: dict[str, Any] = {name: compiled(each) for name, each in kernels.items()}
     return kind._replace(**made)
 
@@ -247,7 +247,7 @@ def opened(kind: Kind) -> Callable[..., tuple[Any, int, int]]:
     (3, 0)
     """
     measure, advance = kind.measure, kind.advance
-    joining.joined(measure, advance)
+    joining.join(measure, advance)
 
     def run(
         params: Any, stage: Any, bounds: Bounds, efforts: Array, noise: Array, out: Array, dt: float

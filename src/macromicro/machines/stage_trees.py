@@ -10,15 +10,15 @@ from macromicro.machines.tree import (
     Checked,
     Problem,
     Rule,
+    derive_all,
     refuse_part,
-    settled,
     under_law,
     with_,
     with_correction,
 )
 
 
-def made(stages: Mapping[str, Any]) -> Any:
+def joint_tree(stages: Mapping[str, Any]) -> Any:
     """A tree of stages by name, on the shortest of their periods, with derived values filled in."""
     names = tuple(stages)
     tree: Any = type("Stages", (namedtuple("Stages", names),), {"__slots__": ()})
@@ -32,13 +32,13 @@ def made(stages: Mapping[str, Any]) -> Any:
 
     tree.derived = lambda tree: rules
     tree.together = problems
-    tree.grown = lambda tree, table, where: grown(tree, names, table, where)
+    tree.grown = lambda tree, table, where: with_gains(tree, names, table, where)
     tree.with_ = with_
     clocked = {
         name: own._replace(timing=own.timing._replace(period=shortest))
         for name, own in stages.items()
     }
-    return settled(tree(**clocked))
+    return derive_all(tree(**clocked))
 
 
 def each_rule(stages: Mapping[str, Any]) -> tuple[Rule, ...]:
@@ -70,7 +70,7 @@ def all_of(count: int) -> str:
     return "both axes" if count == 2 else "all stages"
 
 
-def grown(tree: Any, names: Sequence[str], table: Mapping[str, object], where: str) -> Any:
+def with_gains(tree: Any, names: Sequence[str], table: Mapping[str, object], where: str) -> Any:
     """A tree with the gains that a table names."""
     laws: dict[str, Any] = {}
     for name in names:

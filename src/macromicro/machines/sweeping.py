@@ -47,10 +47,10 @@ class Response(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
+def excitation_loop(kind: Kind, law: StageLaw) -> Callable[..., int]:
     """The loop of a stage with an excitation added to its effort."""
     measure, advance, step = kind.measure, kind.advance, law.step
-    joining.joined(measure, advance, step)
+    joining.join(measure, advance, step)
 
     def run(  # noqa: PLR0913, PLR0917 - of one caller, and compiled
         params: Any,
@@ -105,7 +105,7 @@ def _window(frequency: float, dt: float) -> int:
     return int(np.round(periods[np.argmin(np.round(np.abs(periods - np.round(periods)), 6))]))
 
 
-def measured(
+def measure_response(
     machine: Machine,
     settings: Any,
     frequency: Array,
@@ -147,7 +147,7 @@ def _run(
     """Rows of `excited` over a course, and the guard's fault."""
     kind, law, out = machine.kind, machine.law, np.empty((3, len(added)))
     params, gains = kind.prepare(settings), tree.gains(settings)
-    fault = compiled(excited(kind, law))(
+    fault = compiled(excitation_loop(kind, law))(
         params,
         kind.initial(params),
         gains,

@@ -10,8 +10,8 @@ from macromicro.control import outside
 from macromicro.control.correction import Correction, NoCorrection
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError, ProblemError
+from macromicro.place import as_rotary
 from macromicro.place import of as place_of
-from macromicro.place import turned
 from macromicro.schema import access, plugins
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import Given, Par, extended, replaced, value_at
@@ -43,8 +43,8 @@ def machine_tree(
         found.derived = lambda tree: rules
         found.together = problems
         found.with_ = with_
-        found.also = _also
-        found.grown = _grown
+        found.also = _extra_laws
+        found.grown = _with_law
         return cast("type[Tree]", found)
 
     return made
@@ -52,16 +52,16 @@ def machine_tree(
 
 def with_(tree: Tree, changes: str | Mapping[str, object], value: object = None) -> Tree:
     """Settings with other values and what follows from them."""
-    return access.changed(tree, changes, value)
+    return access.change(tree, changes, value)
 
 
-def _also(tree: Any) -> dict[str, tuple[str, ...]]:
+def _extra_laws(tree: Any) -> dict[str, tuple[str, ...]]:
     """Further words that the parameter `law` accepts."""
     name = outside.of(tree.own)
     return {LAW: (name,)} if name else {}
 
 
-def _grown(tree: Any, table: Mapping[str, object], where: str) -> Any:
+def _with_law(tree: Any, table: Mapping[str, object], where: str) -> Any:
     """The tree with the law that a table names."""
     refuse_part(tree, table, where)
     return under_law(with_correction(tree, table), table, where)
@@ -112,7 +112,7 @@ def with_live_gains(tree: Any, found: Any) -> Any:
     return tree._replace(**changed, **{CORRECTION: correction})
 
 
-@turned
+@as_rotary
 class _Turned(Correction):
     """Corrections of a stage that turns."""
 
@@ -134,18 +134,18 @@ def under_law(tree: Any, table: Mapping[str, object], where: str) -> Any:
     name = table.get(LAW)
     if not isinstance(name, str):
         return tree  # it is refused where the table is read
-    return joined(tree, name, f"{where}, {LAW}")
+    return with_law(tree, name, f"{where}, {LAW}")
 
 
-def joined(tree: Tree, name: str, where: str) -> Tree:
+def with_law(tree: Tree, name: str, where: str) -> Tree:
     any_tree: Any = tree
     own = any_tree._field_defaults[LAW]
-    if name == own or name in _also(any_tree).get(LAW, ()):
+    if name == own or name in _extra_laws(any_tree).get(LAW, ()):
         return cast("Tree", any_tree._replace(law=name))
     if not outside.is_name(name):
-        every = (own, *plugins.registered(outside.GROUP))
+        every = (own, *plugins.entry_points(outside.GROUP))
         raise InputError(where, printable(name), f"{nearest(name, every)}; or {outside.FORM}")
-    law = outside.suited(name, "", where)
+    law = outside.suitable_law(name, "", where)
     if law.unit != "m":
         problem = f"the law {printable(name)} is in {law.unit}"
         raise ProblemError(where, problem, "This machine needs a law in m.")
@@ -165,7 +165,7 @@ def gains_set(tree: Any) -> str:
     return OWN if is_own(tree) else "controller"
 
 
-def settled(tree: Tree) -> Tree:
+def derive_all(tree: Tree) -> Tree:
     """A tree with all derived values recomputed."""
     for path, rule in cast("Any", tree).derived():
         tree = replaced(tree, path, type(value_at(tree, path))(rule(tree)))

@@ -85,7 +85,7 @@ def metrics(machine: AnyMachine) -> tuple[Metric, ...]:
     )
 
 
-def measured(
+def figures_of(
     machine: AnyMachine, settings: Any, planned: Planned, recording: Recording, fault: int
 ) -> Any:
     """Figures of a run that a fault, by its code, or 0 ended."""
@@ -104,7 +104,7 @@ def measured(
 
     shared = {
         "fault": float(fault),
-        "missed": float(planned_moves - results.arrived(moves)),
+        "missed": float(planned_moves - results.count_arrived(moves)),
         "settling": max(0.0, *settling) if whole else math.nan,
     }
     if isinstance(machine, Machine):

@@ -15,7 +15,7 @@ from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import Problem, machine_tree, settled
+from macromicro.machines.tree import Problem, derive_all, machine_tree
 from macromicro.plant import gauge, micro
 from macromicro.plant.driver import Driver
 from macromicro.plant.flexure import Flexure
@@ -195,6 +195,6 @@ def show(p: WirePlant, s: MicroState) -> Truth:
     return Truth(s.wire.x, s.wire.temperature, s.wire.austenite, s.power)
 
 
-DEFAULT: Any = settled(WireStage())
+DEFAULT: Any = derive_all(WireStage())
 KIND = Kind(NAME, 1, Truth, prepare, initial, measure, advance, show)
 LAW = stage_pi.LAW

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from macromicro.machines._rounding import rounded
+from macromicro.machines._rounding import round_to
 from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.flexure import stiffness
 from macromicro.plant.gauge import repeats
@@ -88,7 +88,7 @@ def pull(tree: Any, x: float) -> float:
     return float(tree.bias.preload + rate(tree) * x)
 
 
-def shifted(tree: Any, load: float) -> Shifted:
+def shift_temperatures(tree: Any, load: float) -> Shifted:
     """Transformation temperatures (deg C) at a load; the printed ones hold at the printed pull."""
     alloy = tree.wire
     off = (load - alloy.pull) / (STIFFENING * area(tree))
@@ -113,8 +113,8 @@ def per_joule(tree: Any) -> float:
 def speeds(tree: Any) -> tuple[float, float]:
     """Greatest speeds of contraction and extension, at their slowest points."""
     found, room = heats(tree), tree.air.ambient
-    hot = shifted(tree, pull(tree, way(tree))).heat_end
-    cold = shifted(tree, tree.bias.preload).cool_end
+    hot = shift_temperatures(tree, pull(tree, way(tree))).heat_end
+    cold = shift_temperatures(tree, tree.bias.preload).cool_end
     lost = (hot - room) / found.resistance
     return (
         per_joule(tree) * (power(tree) - lost),
@@ -136,7 +136,7 @@ def bandwidth(tree: Any) -> float:
 def warm_up(tree: Any) -> float:
     """Time in which full effort warms the cold wire until it contracts."""
     found, room = heats(tree), tree.air.ambient
-    rise = shifted(tree, tree.bias.preload).heat_start - room
+    rise = shift_temperatures(tree, tree.bias.preload).heat_start - room
     share = rise / (power(tree) * found.resistance)
     if share >= 1.0:
         return math.inf
@@ -146,13 +146,13 @@ def warm_up(tree: Any) -> float:
 def _heat_limit(tree: Any) -> float:
     """The mean effort above which a wire of the sheet is hotter than necessary."""
     found, room = heats(tree), tree.air.ambient
-    rise = shifted(tree, pull(tree, way(tree))).heat_end - room
+    rise = shift_temperatures(tree, pull(tree, way(tree))).heat_end - room
     allowed = HOTTER * rise + found.latent / found.capacity
-    return rounded(tree.guard.effort * allowed / (power(tree) * found.resistance))
+    return round_to(tree.guard.effort * allowed / (power(tree) * found.resistance))
 
 
 def _velocity(tree: Any) -> float:
-    return rounded(SLOWER * max(min(speeds(tree)), 1e-3 * way(tree)))
+    return round_to(SLOWER * max(min(speeds(tree)), 1e-3 * way(tree)))
 
 
 def _gain(tree: Any) -> float:
@@ -167,32 +167,32 @@ def crossing(tree: Any) -> float:
 
 
 RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
-    ("travel.high", lambda t: rounded(ROOM * way(t))),
-    ("arrival.tolerance", lambda t: rounded(max(4.0 * t.encoder.pitch, 6.0 * t.encoder.noise))),
+    ("travel.high", lambda t: round_to(ROOM * way(t))),
+    ("arrival.tolerance", lambda t: round_to(max(4.0 * t.encoder.pitch, 6.0 * t.encoder.noise))),
     ("motion.velocity", _velocity),
     # Speed within a tenth of the way, its rise within a third of that time.
-    ("motion.acceleration", lambda t: rounded(t.motion.velocity**2 / (0.2 * way(t)))),
-    ("motion.jerk", lambda t: rounded(3.0 * t.motion.acceleration**2 / t.motion.velocity)),
-    ("controller.kp", lambda t: rounded(_gain(t))),
-    ("controller.ki", lambda t: rounded(INTEGRAL * t.controller.kp / time_constant(t))),
-    ("arrival.patience", lambda t: rounded(max(SHORTEST, PATIENT * crossing(t)))),
-    ("controller.ahead_velocity", lambda t: rounded(_gain(t) / bandwidth(t))),
+    ("motion.acceleration", lambda t: round_to(t.motion.velocity**2 / (0.2 * way(t)))),
+    ("motion.jerk", lambda t: round_to(3.0 * t.motion.acceleration**2 / t.motion.velocity)),
+    ("controller.kp", lambda t: round_to(_gain(t))),
+    ("controller.ki", lambda t: round_to(INTEGRAL * t.controller.kp / time_constant(t))),
+    ("arrival.patience", lambda t: round_to(max(SHORTEST, PATIENT * crossing(t)))),
+    ("controller.ahead_velocity", lambda t: round_to(_gain(t) / bandwidth(t))),
     ("controller.low", lambda t: 0.0),
     ("controller.high", lambda t: t.driver.full_scale),
     ("guard.effort", lambda t: t.controller.high),
     ("guard.push", lambda t: t.guard.effort),  # a cold wire is driven and does not move yet
-    ("guard.low", lambda t: rounded(-0.1 * way(t))),
-    ("guard.high", lambda t: rounded(1.1 * way(t))),
-    ("guard.speed", lambda t: rounded(2.0 * per_joule(t) * power(t))),
-    ("guard.error", lambda t: rounded(1.1 * way(t))),  # it begins to move when it is warm
-    ("guard.lean", lambda t: rounded(LEANS * t.guard.effort)),
-    ("guard.leant", lambda t: rounded(0.5 + SLOWLY * warm_up(t))),
-    ("guard.still", lambda t: rounded(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
-    ("guard.against", lambda t: rounded(AGAINST * way(t))),
-    ("guard.leap", lambda t: rounded(LEAP * t.guard.speed)),
-    ("guard.repeats", lambda t: rounded(repeats(t.encoder, t.timing.period))),
+    ("guard.low", lambda t: round_to(-0.1 * way(t))),
+    ("guard.high", lambda t: round_to(1.1 * way(t))),
+    ("guard.speed", lambda t: round_to(2.0 * per_joule(t) * power(t))),
+    ("guard.error", lambda t: round_to(1.1 * way(t))),  # it begins to move when it is warm
+    ("guard.lean", lambda t: round_to(LEANS * t.guard.effort)),
+    ("guard.leant", lambda t: round_to(0.5 + SLOWLY * warm_up(t))),
+    ("guard.still", lambda t: round_to(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
+    ("guard.against", lambda t: round_to(AGAINST * way(t))),
+    ("guard.leap", lambda t: round_to(LEAP * t.guard.speed)),
+    ("guard.repeats", lambda t: round_to(repeats(t.encoder, t.timing.period))),
     ("guard.heat", _heat_limit),
-    ("guard.heating", lambda t: rounded(time_constant(t))),
+    ("guard.heating", lambda t: round_to(time_constant(t))),
 )
 
 
@@ -232,7 +232,7 @@ def _load(tree: Any) -> Iterator[Checked]:
 def _heat(tree: Any) -> Iterator[Checked]:
     """A wire that gets hot enough, and cold again."""
     found = heats(tree)
-    hot = shifted(tree, pull(tree, way(tree))).heat_end
+    hot = shift_temperatures(tree, pull(tree, way(tree))).heat_end
     reached = tree.air.ambient + power(tree) * found.resistance
     needed = math.sqrt(max(hot - tree.air.ambient, 0.0) / found.resistance)
     ohms = tree.wire.resistance * tree.wire.length
@@ -243,7 +243,7 @@ def _heat(tree: Any) -> Iterator[Checked]:
         f"above {needed / math.sqrt(ohms):.3g} A: the wire reaches {reached:.4g} degC, and is "
         f"contracted at {hot:.4g} degC under its load",
     )
-    cold = shifted(tree, tree.bias.preload).cool_end
+    cold = shift_temperatures(tree, tree.bias.preload).cool_end
     yield (
         tree.air.ambient >= cold,
         "air.ambient",

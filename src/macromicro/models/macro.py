@@ -68,7 +68,7 @@ def transfer(p: Motor) -> tuple[float, float]:
     return p.ka * p.klin * p.kt / (p.j * p.r), (p.b * p.r + p.kt * p.kb) / (p.j * p.r)
 
 
-def discretised(gain: float, pole: float, dt: float) -> Linear:
+def discretise(gain: float, pole: float, dt: float) -> Linear:
     """(4.3) from (4.2), input held; `gain` in counts/s2/V. The printed a lacks a minus sign."""
     if not (pole > 0.0 and dt > 0.0):
         raise InputError("discretised: pole, dt", (pole, dt), "both above 0")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from macromicro.errors import InputError
-from macromicro.motion.profile import Profile, Segment, joined, number, positive
+from macromicro.motion.profile import Profile, Segment, join, number, positive
 
 
 def trapezoid(
@@ -58,12 +58,12 @@ def trapezoid(
     a = positive(acceleration, "acceleration", "m/s^2")
     b = a if deceleration is None else positive(deceleration, "deceleration", "m/s^2")
     if way == 0.0:
-        return joined(origin, origin, ())
+        return join(origin, origin, ())
     peak = min(v, math.sqrt(2.0 * way / (1.0 / a + 1.0 / b)))
     rise, fall = peak / a, peak / b
     before, after = peak * rise / 2.0, peak * fall / 2.0
     cruise = max(0.0, (way - before - after) / peak) if peak == v else 0.0
-    return _oriented(
+    return _orient(
         origin,
         sign,
         way,
@@ -117,7 +117,7 @@ def s_curve(
     a = positive(acceleration, "acceleration", "m/s^2")
     j = positive(jerk, "jerk", "m/s^3")
     if way == 0.0:
-        return joined(origin, origin, ())
+        return join(origin, origin, ())
     # How long the jerk acts, how long the acceleration is constant, and the velocity reached.
     reached = v / a >= a / j
     bend, hold = (a / j, v / a - a / j) if reached else (math.sqrt(v / j), 0.0)
@@ -136,7 +136,7 @@ def s_curve(
     v1, p1 = top * bend / 2.0, top * bend * bend / 6.0
     v2, p2 = v1 + top * hold, p1 + hold * (v1 + top * hold / 2.0)
     p3 = peak * rise / 2.0
-    return _oriented(
+    return _orient(
         origin,
         sign,
         way,
@@ -157,9 +157,9 @@ def _way(distance: float, start: float) -> tuple[float, float, float]:
     return abs(way), math.copysign(1.0, way), origin
 
 
-def _oriented(start: float, sign: float, way: float, pieces: list[Segment]) -> Profile:
+def _orient(start: float, sign: float, way: float, pieces: list[Segment]) -> Profile:
     """The profile of a motion that was computed forward from 0."""
-    made = joined(
+    made = join(
         start,
         start + sign * way,
         (

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.motion._shapes import s_curve, trapezoid
-from macromicro.motion.profile import Profile, Segment, joined, number
+from macromicro.motion.profile import Profile, Segment, join, number
 
 
 def through(
@@ -72,7 +72,7 @@ def through(
             pieces += trapezoid(way, velocity, acceleration, start=here).segments
         else:
             pieces += s_curve(way, velocity, acceleration, jerk, start=here).segments
-    return joined(places[0], places[-1], pieces)
+    return join(places[0], places[-1], pieces)
 
 
 def _turning(places: list[float]) -> list[float]:

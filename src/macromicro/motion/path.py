@@ -93,7 +93,7 @@ def turning(before: Piece, after: Piece) -> float:
     return math.atan2(ux * after.uy - uy * after.ux, ux * after.ux + uy * after.uy)
 
 
-def rounded(points: Sequence[tuple[float, float]], radius: float, where: str) -> list[Piece]:
+def round_corners(points: Sequence[tuple[float, float]], radius: float, where: str) -> list[Piece]:
     """Straight pieces through points, each corner replaced by a tangent arc."""
     legs = []
     for k, (begin, end) in enumerate(itertools.pairwise(points), 2):

@@ -108,7 +108,7 @@ class Profile(NamedTuple):
         )
 
 
-def joined(start: float, end: float, pieces: Iterable[Segment]) -> Profile:
+def join(start: float, end: float, pieces: Iterable[Segment]) -> Profile:
     """A profile of segments, without those of no duration."""
     return Profile(start, end, tuple(s for s in pieces if s.duration > 0.0))
 

@@ -133,7 +133,7 @@ def loop(spec: Stack, hidden: Hidden) -> Prandtl:
     return shaped(size, spec.span, hidden.spread, hidden.plays, hidden.widening)
 
 
-def loaded(spec: Guide) -> float:
+def loaded_resonance(spec: Guide) -> float:
     """Printed resonance with the load: f0 sqrt(m / (m + load)), with m = k / (2 pi f0)^2."""
     own = spec.stiffness / (2.0 * math.pi * spec.resonance) ** 2
     return spec.resonance * math.sqrt(own / (own + spec.load))
@@ -144,7 +144,7 @@ def prepare(tree: Any) -> PiezoPlant:
         tree.amplifier,
         loop(tree.stack, tree.hidden),
         creep.prepare(tree.creep),
-        2.0 * math.pi * tree.hidden.detuned * loaded(tree.guide),
+        2.0 * math.pi * tree.hidden.detuned * loaded_resonance(tree.guide),
         tree.hidden.damping,
         tree.hidden.rate_lag,
         tree.warming,

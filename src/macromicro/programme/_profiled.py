@@ -61,7 +61,7 @@ class Leg(NamedTuple):
     hold: float  # how long its end is held, s
 
 
-def expanded(given: list[dict[str, Any]], limits: Limits, path: Path, title: str = "") -> Programme:
+def expand(given: list[dict[str, Any]], limits: Limits, path: Path, title: str = "") -> Programme:
     """The programme of tables [[profiles]], one after the other from both stages at 0."""
     file = printable(path, 300)
     for number, table in enumerate(given, 1):  # an unknown key, often a slip, before all others
@@ -144,7 +144,7 @@ def follow(
         found = f"it begins at {first:g} m, but a run at 0 m"
         raise ProblemError("trajectory", found, "Prepend a motion with `then`.")
     trajectory.check(lowest, highest)
-    leg = _sampled(place, trajectory, hold, limits.counts_per_metre if place == MACRO else 1.0)
+    leg = _sample(place, trajectory, hold, limits.counts_per_metre if place == MACRO else 1.0)
     return _programme(title or f"trajectory of the {stage}-stage", [leg], limits, "")
 
 
@@ -176,7 +176,7 @@ def ways(table: dict[str, Any], places: list[float], limits: Limits, where: str)
             span = Span(stage, 0.0, end, end + hold, *ends, 0, 1, profile, scale)
             yield Leg(span, np.zeros(1), np.array([profile.end]), hold)
         else:
-            yield _sampled(stage, Trajectory.from_profile(profile, PERIOD), hold, scale, profile)
+            yield _sample(stage, Trajectory.from_profile(profile, PERIOD), hold, scale, profile)
 
 
 def _limit(table: dict[str, Any], name: str, place: Place, where: str) -> float | None:
@@ -218,7 +218,7 @@ def _check(profile: Profile, limits: Limits, where: str, text: str) -> None:
         raise ProblemError(where, found)
 
 
-def _sampled(
+def _sample(
     stage: int, way: Trajectory, hold: float, scale: float, profile: Profile | None = None
 ) -> Leg:
     """A target each period; the last one needs a period of its own."""

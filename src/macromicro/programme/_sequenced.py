@@ -37,7 +37,7 @@ def steps(table: dict[str, Any], limits: Limits, where: str, most: int) -> Itera
     if macro and micro:
         text = entries.text({"macro_hold": "0 s"} | table, "macro_hold", where)
         wait = entries.hold(text, f"{where}, macro_hold", zero=True)
-    return _expanded(*targets, held, wait)
+    return _expand(*targets, held, wait)
 
 
 def _check_keys(table: dict[str, Any], limits: Limits, where: str) -> None:
@@ -56,7 +56,7 @@ def _check_keys(table: dict[str, Any], limits: Limits, where: str) -> None:
         )
 
 
-def _expanded(
+def _expand(
     macro: list[float], micro: list[float], hold: float, macro_hold: float
 ) -> Iterator[Move]:
     """Every macro target, and after each every fine step; or the fine steps alone."""

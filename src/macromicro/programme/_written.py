@@ -45,7 +45,7 @@ class _Entry(NamedTuple):
 
 def load_toml(path: Path, limits: Limits) -> Programme:
     """Read a sequenced programme, one of motion profiles, or a mixed one."""
-    raw, file = _named(read_toml(path, WHAT), limits), printable(path, 300)
+    raw, file = _with_stage_names(read_toml(path, WHAT), limits), printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
     name = entries.title(raw, file) or printable(path.stem, 200)
     if "profiles" not in raw:
@@ -54,17 +54,17 @@ def load_toml(path: Path, limits: Limits) -> Programme:
             moves += _moves(entry, limits, len(moves))
         return programme(name, moves, math.nan, path)
     if "moves" not in raw:
-        return _profiled.expanded(_tables(raw, "profiles", limits, file), limits, path, name)
+        return _profiled.expand(_tables(raw, "profiles", limits, file), limits, path, name)
     each = {kind: _entries(raw, kind, limits, file) for kind in ("moves", "profiles")}
     order = _HEADER.findall(read_text(path, WHAT))
     if any(order.count(kind) != len(tables) for kind, tables in each.items()):
         accepted = "Write each under a header [[moves]] or [[profiles]], in their order."
         raise ProblemError(file, "the order of moves and profiles is not clear", accepted)
     rest = {kind: iter(tables) for kind, tables in each.items()}
-    return _mixed([next(rest[kind]) for kind in order], limits, path, name)
+    return _moves_and_profiles([next(rest[kind]) for kind in order], limits, path, name)
 
 
-def _named(raw: dict[str, Any], limits: Limits) -> dict[str, Any]:
+def _with_stage_names(raw: dict[str, Any], limits: Limits) -> dict[str, Any]:
     """A file in which the only stage of a machine may have the name of the coarse one of two."""
     if not limits.alone:
         return raw
@@ -72,11 +72,11 @@ def _named(raw: dict[str, Any], limits: Limits) -> dict[str, Any]:
     for kind in _READERS:
         tables = raw.get(kind)
         if isinstance(tables, list) and all(isinstance(each, dict) for each in tables):
-            found[kind] = [_unnamed(each) for each in tables]
+            found[kind] = [_without_stage_name(each) for each in tables]
     return found
 
 
-def _unnamed(table: dict[str, Any]) -> dict[str, Any]:
+def _without_stage_name(table: dict[str, Any]) -> dict[str, Any]:
     if TO in table:
         return table
     return {TO if key == "macro" else key: value for key, value in table.items()}
@@ -101,7 +101,7 @@ def _moves(entry: _Entry, limits: Limits, before: int) -> list[Move]:
     return list(_sequenced.steps(entry.table, limits, entry.where, MAX_MOVES - before))
 
 
-def _mixed(entries: list[_Entry], limits: Limits, path: Path, title: str) -> Programme:
+def _moves_and_profiles(entries: list[_Entry], limits: Limits, path: Path, title: str) -> Programme:
     """Moves and profiles in the order of the file, from both stages at 0."""
     rows: list[Array] = []
     spans: list[Span] = []

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.programme.moves import MAX_HOLD, MAX_TITLE, MICRO, TO, Limits, admitted
-from macromicro.schema.keys import found
+from macromicro.programme.moves import MAX_HOLD, MAX_TITLE, MICRO, TO, Limits, check_target
+from macromicro.schema.keys import show_value
 from macromicro.schema.text import printable
 from macromicro.units import measured, quantity
 
@@ -27,7 +27,7 @@ def tables(raw: dict[str, Any], key: str, file: str, accepted: str) -> list[dict
     value = raw.get(key)
     if isinstance(value, list) and value and all(isinstance(each, dict) for each in value):
         return value
-    raise InputError(f"{file}, {key}", found(value), accepted)
+    raise InputError(f"{file}, {key}", show_value(value), accepted)
 
 
 def texts(table: dict[str, Any], key: str, where: str) -> list[str]:
@@ -68,11 +68,11 @@ def no_target(limits: Limits, where: str) -> InputError:
 def target(written: str, stage: int, limits: Limits, where: str) -> float:
     base = limits.place.base
     if stage == MICRO:
-        return admitted(quantity(written, base, where), stage, limits, where, written)
+        return check_target(quantity(written, base, where), stage, limits, where, written)
     try:
         value, unit = measured(written, (base, "counts"), where)
     except InputError as error:
         why = "; this stage is rotary" if limits.place.turns else ""
         raise InputError(where, error.value, f"{error.accepted}{why}") from None
     counts = value * limits.counts_per_metre if unit == base else value
-    return admitted(counts, stage, limits, where, written)
+    return check_target(counts, stage, limits, where, written)

@@ -280,7 +280,7 @@ def dense(start: npt.ArrayLike) -> bool:
     return len(times) >= FEWEST and float(np.median(np.diff(times))) <= LONGEST
 
 
-def admitted(value: float, stage: int, limits: Limits, where: str, text: str) -> float:
+def check_target(value: float, stage: int, limits: Limits, where: str, text: str) -> float:
     if stage == MICRO:
         if limits.micro_lo <= value <= limits.micro_hi:
             return value

@@ -19,7 +19,7 @@ from macromicro.programme.moves import (
     Limits,
     Move,
     Programme,
-    admitted,
+    check_target,
     dense,
     programme,
 )
@@ -84,7 +84,7 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     return programme(printable(path.stem, 200), moves, last.t, path)
 
 
-def corrected(path: Path, programme: Programme) -> str:
+def with_corrections(path: Path, programme: Programme) -> str:
     """A file's own text with a column of learned corrections."""
     names: list[str] = []
     text = read_text(path, WHAT)
@@ -144,7 +144,7 @@ def _trajectory(rows: list[_Row]) -> list[Move]:
 
 def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
     t = -math.inf
-    columns, words = _accepted(limits)
+    columns, words = _accepted_columns(limits)
 
     def header(cells: list[str], where: str) -> None:
         _header(cells, columns, words, where)
@@ -156,7 +156,7 @@ def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
         yield row
 
 
-def _accepted(limits: Limits) -> tuple[dict[str, tuple[int, float]], str]:
+def _accepted_columns(limits: Limits) -> tuple[dict[str, tuple[int, float]], str]:
     """The accepted columns, and the same in words."""
     if not limits.alone:
         return _COLUMNS, _HEADER
@@ -210,11 +210,11 @@ def _row(line: csv_rows.Row, columns: dict[str, tuple[int, float]], limits: Limi
         if kind == MACRO and per_unit:
             value *= limits.counts_per_metre
         shown = f"{text} {name.partition('_')[2]}"
-        targets[kind] = exact[kind] = admitted(value, kind, limits, place, shown)
+        targets[kind] = exact[kind] = check_target(value, kind, limits, place, shown)
         if kind == MACRO:
             exact[kind] = min(max(value, limits.macro_lo), limits.macro_hi)
     if correction:
         place = f"{where}, {LEARNED}"
         shown = f"{targets[MICRO] + correction} m with the target"
-        admitted(targets[MICRO] + correction, MICRO, limits, place, shown)
+        check_target(targets[MICRO] + correction, MICRO, limits, place, shown)
     return _Row(line.line, t, (targets[0], targets[1]), (exact[0], exact[1]), correction)

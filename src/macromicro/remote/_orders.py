@@ -21,7 +21,7 @@ def axes_of(about: dict[str, Any]) -> tuple[str, ...]:
     return tuple(axis["name"] for axis in about["axes"])
 
 
-def checked(kind: RequestType, values: tuple[Any, ...], place: Place) -> tuple[Any, ...]:
+def check(kind: RequestType, values: tuple[Any, ...], place: Place) -> tuple[Any, ...]:
     """The values of a request in base units; None of a coordinate that is left out."""
     if kind.is_point:
         values = _point(kind, *values)

@@ -238,7 +238,7 @@ class AsyncMachine(
     async def _order(self, name: str, *args: Any, **fields: Any) -> dict[str, Any]:
         if args:
             kind = self._kind(name)
-            given = _orders.checked(kind, args, self.place)
+            given = _orders.check(kind, args, self.place)
             fields = _orders.order(kind, given, self.place)
         found = await self.link.order(name, **fields)
         self._recording = found["name"] if name == "record" else self._recording
@@ -255,7 +255,7 @@ class AsyncMachine(
             words, fields = await self._programme(*args)
         else:
             kind = self._kind(name)
-            given = _orders.checked(kind, args, self.place)
+            given = _orders.check(kind, args, self.place)
             fields = _orders.order(kind, given, self.place)
             if kind.replaces:
                 fields["replace"] = replace

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from macromicro.control.live.messages import ALL
 from macromicro.remote import _orders
 from macromicro.remote.failures import RequestError, RequestRefused
-from macromicro.serve.requests import streamed
+from macromicro.serve.requests import stream_requests
 
 if TYPE_CHECKING:
     from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
@@ -53,7 +53,7 @@ class AsyncStream(SetPoints):
         stages = machine.about["stages"]
         axes = _orders.axes_of(machine.about)
         self._stage = stage or (ALL if axes else stages[0])
-        self._kind = streamed(axes)["points" if self._stage == ALL else "point"]
+        self._kind = stream_requests(axes)["points" if self._stage == ALL else "point"]
         self._newest: dict[str, Any] | None = None
         self._wake = asyncio.Event()
         self._tasks: list[asyncio.Task[Any]] = []
@@ -96,7 +96,7 @@ class AsyncStream(SetPoints):
         if velocity is not None:
             values = (*values, *speeds)
         kind, place = self._kind, self._machine.place
-        order = _orders.order(kind, _orders.checked(kind, values, place), place)
+        order = _orders.order(kind, _orders.check(kind, values, place), place)
         return {"do": kind.name, "time": time.monotonic(), **order}
 
     def _take(self, message: dict[str, Any]) -> None:

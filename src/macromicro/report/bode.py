@@ -87,7 +87,7 @@ class Found(NamedTuple):
     def lines(self) -> list[str]:
         told = []
         for which, m in zip(("measured", "linear model"), self.margins, strict=True):
-            told.append(said(which, m))
+            told.append(describe(which, m))
         seen = self.seen
         if seen.any():
             share = np.abs(self.measured.plant / self.plant)[seen]
@@ -124,7 +124,7 @@ class Found(NamedTuple):
         return figure
 
 
-def said(which: str, m: Margins) -> str:
+def describe(which: str, m: Margins) -> str:
     phase, gain = _number(m.phase, ".1f", " deg"), _number(m.gain, ".3g")
     text = f"{which}: crossover {_number(m.crossover, '.4g', ' Hz')}, phase margin {phase}, "
     text += f"gain margin {gain}, modulus margin {m.modulus:.3g}"
@@ -137,7 +137,7 @@ def _number(value: float, form: str, unit: str = "") -> str:
 
 
 def write(out: Path, found: Shown, kinds: Sequence[str]) -> None:
-    with folder.staged(out, remove=FILES) as place:
+    with folder.staging(out, remove=FILES) as place:
         text = json.dumps(plain(found.content()), indent=2, allow_nan=False)
         write_text(place / NUMBERS, text + "\n")
         if kinds:

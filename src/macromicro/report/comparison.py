@@ -101,12 +101,12 @@ def _names(places: Sequence[Path]) -> list[str]:
 
 def compare(sides: Sequence[Side]) -> Comparison:
     columns = tuple(traces.common([side.recording for side in sides]))
-    moves = tuple(_matched(move, sides) for move in sides[0].moves)
+    moves = tuple(_match(move, sides) for move in sides[0].moves)
     partings = tuple(parting(sides[0].recording, s.recording, columns) for s in sides[1:])
     return Comparison(tuple(sides), columns, moves, partings)
 
 
-def _matched(move: MoveResult, sides: Sequence[Side]) -> Move:
+def _match(move: MoveResult, sides: Sequence[Side]) -> Move:
     results = []
     for side in sides:
         same = next((m for m in side.moves if m.move == move.move), None)
@@ -158,11 +158,11 @@ def content(found: Comparison) -> dict[str, Any]:
             }
             for p in found.partings
         ],
-        "moves": [_told(move) for move in found.moves],
+        "moves": [_as_row(move) for move in found.moves],
     }
 
 
-def _told(move: Move) -> dict[str, Any]:
+def _as_row(move: Move) -> dict[str, Any]:
     told: dict[str, Any] = {
         "move": move.move, "stage": move.stage, "target": move.target, "unit": move.unit,
     }  # fmt: skip
@@ -181,9 +181,9 @@ def write(out: Path, found: Comparison, kinds: Sequence[str] = files.DEFAULT) ->
     """
     recordings = [side.recording for side in found.sides]
     labels = [side.name for side in found.sides]
-    main = traces.chosen(recordings)
+    main = traces.default_columns(recordings)
     rest = [name for name in found.columns if name not in main and _varies(found, name)]
-    with folder.staged(out, remove=FILES) as place:
+    with folder.staging(out, remove=FILES) as place:
         write_text(place / JSON, as_json(content(found)))
         write_text(place / PAGE, zoomable.page(recordings, [*main, *rest], labels))
         if kinds:

@@ -43,19 +43,19 @@ def _ways(recording: Recording) -> list[tuple[str, str, str, str]]:
     return [way for way in known if not np.isnan(recording[way[0]]).all()]
 
 
-def _beside(recording: Recording, plan: Schedule, names: tuple[str, str]) -> Iterator[Any]:
+def _nearest_points(recording: Recording, plan: Schedule, names: tuple[str, str]) -> Iterator[Any]:
     """Rows, positions (mm) and nearest points of each move on a path, during its profile."""
     for k in np.unique(recording["move"][recording["move"] >= 0]).tolist():
         if plan.traces[k].pieces:
             part = results.under_way(recording, plan, k)
-            x, y = (results.known(recording[name][part]) for name in names)
-            yield part, x, y, contour.off(plan.traces[k], 1e-3 * x, 1e-3 * y)
+            x, y = (results.fill_gaps(recording[name][part]) for name in names)
+            yield part, x, y, contour.contour_error(plan.traces[k], 1e-3 * x, 1e-3 * y)
 
 
 def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
     """The path in the plane, with the encoders' and the true positions."""
     ways = _ways(recording)
-    found = {way[3]: list(_beside(recording, plan, way[:2])) for way in ways}
+    found = {way[3]: list(_nearest_points(recording, plan, way[:2])) for way in ways}
     every = [each for parts in found.values() for each in parts]
     peak = max((float(np.max(each[3].distance)) for each in every), default=0.0)
     width = max(float(np.ptp(recording[f"{name}_target"])) for name in AXES) * 1e-3
@@ -132,7 +132,7 @@ def _paths(ax: Any, recording: Recording, plan: Schedule, tolerance: float) -> N
     t = recording["t"]
     for *columns, color, label in _ways(recording):
         far = np.full(len(t), np.nan)
-        for part, _, _, near in _beside(recording, plan, (columns[0], columns[1])):
+        for part, _, _, near in _nearest_points(recording, plan, (columns[0], columns[1])):
             far[part] = 1e6 * near.distance
         line(ax, t, far, color, label)
     ax.axhline(1e6 * tolerance, color=GREEN, linewidth=0.8, linestyle=":")

@@ -48,12 +48,12 @@ def report(ended: Ended, started: str) -> RunReport:
 
 
 def warnings(settings: Any) -> list[tuple[str, str]]:
-    return [("warning", each.text) for each in doubts.found(settings)]
+    return [("warning", each.text) for each in doubts.find_doubts(settings)]
 
 
 def doubt(settings: Any) -> str:
     """Reason to doubt the arrivals of a run."""
-    wide = [d for d in doubts.found(settings) if d.path.endswith(doubts.ARRIVAL)]
+    wide = [d for d in doubts.find_doubts(settings) if d.path.endswith(doubts.ARRIVAL)]
     return "".join(f", but {d.path} = {d.value} is in doubt (see warning)" for d in wide)
 
 
@@ -196,16 +196,16 @@ def _path(ended: Ended) -> list[tuple[str, str]]:
     contours = [m.contour for m in ended.moves if m.contour is not None]
     if contours:
         tolerance = 1e6 * path.tolerance
-        told = _beside("by the encoders", [(c.peak, c.rms) for c in contours], tolerance)
+        told = _contour_error("by the encoders", [(c.peak, c.rms) for c in contours], tolerance)
         if not any(math.isnan(c.true_peak) for c in contours):  # no rig knows it
-            true = _beside("true", [(c.true_peak, c.true_rms) for c in contours], tolerance)
+            true = _contour_error("true", [(c.true_peak, c.true_rms) for c in contours], tolerance)
             told = f"{told}; {true}"
         found.append(("contour", f"{told}; tolerance {tolerance:.4g} um"))
     limits = f"at most {path.speed:.4g} m/s and {path.acceleration:.4g} m/s^2 in the plane"
     return [*found, ("path", limits)]
 
 
-def _beside(whose: str, moves: list[tuple[float, float]], tolerance: float) -> str:
+def _contour_error(whose: str, moves: list[tuple[float, float]], tolerance: float) -> str:
     """Peak and rms of the distance from the path (mm), judged by a tolerance (um)."""
     peak = 1e3 * max(peak for peak, _ in moves)
     rms = 1e3 * math.sqrt(sum(rms**2 for _, rms in moves) / len(moves))
@@ -216,8 +216,8 @@ def _beside(whose: str, moves: list[tuple[float, float]], tolerance: float) -> s
 def problems(ended: Ended) -> list[str]:
     """Problems in a run of moves, a sentence each."""
     job = ended.job
-    found = run.stopped(ended, f"move {len(ended.moves)} of {job.setup.planned}")
-    lost = arrivals.lost(results.rests(ended.moves, composite.places(job.setup.machine)))
+    found = run.stop_lines(ended, f"move {len(ended.moves)} of {job.setup.planned}")
+    lost = arrivals.describe_missed(results.rests(ended.moves, composite.places(job.setup.machine)))
     if lost and not job.setup.timed:
         patience = max(own.arrival.patience for own in job.setup.machine.trees(job.settings))
         found.append(f"{lost} within {patience:g} s of the profile's end")

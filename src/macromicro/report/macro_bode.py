@@ -12,7 +12,7 @@ from macromicro.drawing.style import BLACK, RED, finish, new
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines.loops import Complex, Margins, margins
 from macromicro.models.macro import Linear
-from macromicro.report.bode import said
+from macromicro.report.bode import describe
 from macromicro.settings import Settings
 from macromicro.tuning import loops
 
@@ -28,7 +28,7 @@ class Found(NamedTuple):
 
     def lines(self) -> list[str]:
         return [
-            said(f"macro-stage, linear model (4.4) under {self.law}", self.margins),
+            describe(f"macro-stage, linear model (4.4) under {self.law}", self.margins),
             "not measured: the carriage moves at 0.1 m/s or more and ends its travel within 2 s",
         ]
 
@@ -55,7 +55,7 @@ class Found(NamedTuple):
         return figure
 
 
-def found(settings: Settings, low: float | None, high: float | None, count: int) -> Found:
+def find(settings: Settings, low: float | None, high: float | None, count: int) -> Found:
     law, dt = settings.controller.macro_law, Linear().dt
     if law not in LAWS:
         raise InputError("controller.macro_law", law, f"one of {', '.join(LAWS)}")

@@ -12,7 +12,7 @@ from macromicro.commission import procedure, report
 from macromicro.commission.plane import Both
 from macromicro.commission.running import Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import PageFigure, filled, saved
+from macromicro.drawing.page import PageFigure, fill, save_figures
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
@@ -107,12 +107,12 @@ def write(
 ) -> None:
     """Write the results of both; each axis' own stay beside them."""
     signs = {procedure.sign(p.kind, f.work) for p, f in zip(places, found.axes, strict=True)}
-    with folder.staged(out) as stage:
+    with folder.staging(out) as stage:
         write_text(stage / report.MACHINE, found.toml)
         write_text(stage / report.JSON, as_json(found, places))
         found.recording.save(stage / report.RECORDING)
-        shown = saved(_figures(found), stage, kinds)
-        text = filled(
+        shown = save_figures(_figures(found), stage, kinds)
+        text = fill(
             report.TEMPLATE,
             name=" and ".join(place.name for place in places),
             started=started,

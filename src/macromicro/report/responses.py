@@ -13,7 +13,7 @@ from macromicro.machines import compositions, sweeping
 from macromicro.machines.machine import Machine
 from macromicro.report import bode, macro_bode
 from macromicro.report.bode import Shown
-from macromicro.settings import Settings, chosen
+from macromicro.settings import Settings, choose
 
 LOW, HIGH = 0.005, 0.3  # of the loop's frequency
 
@@ -30,8 +30,8 @@ class Asked(NamedTuple):
 def stages(config: Path | None, asked: Asked) -> dict[str, Callable[[], Shown]]:
     """What measures each stage of a machine, by its name; of the two-stage one its model."""
     if config is None or compositions.is_two_stage(config):
-        settings = chosen(Settings(), config, None)
-        linear = macro_bode.found(settings, asked.low, asked.high, asked.number)
+        settings = choose(Settings(), config, None)
+        linear = macro_bode.find(settings, asked.low, asked.high, asked.number)
         return {"": lambda: linear}
     stages = compositions.each(config)
     for _, machine, _ in stages:
@@ -42,12 +42,12 @@ def stages(config: Path | None, asked: Asked) -> dict[str, Callable[[], Shown]]:
                 "Choose a machine that has one, such as axis.",
             )
     return {
-        name: partial(_measured, name, machine, settings, asked)
+        name: partial(_measure, name, machine, settings, asked)
         for name, machine, settings in stages
     }
 
 
-def _measured(name: str, machine: Machine, settings: Any, asked: Asked) -> Shown:
+def _measure(name: str, machine: Machine, settings: Any, asked: Asked) -> Shown:
     model, dt = machine.model, settings.timing.period
     assert model is not None  # as the command has looked
     low = LOW / dt if asked.low is None else asked.low
@@ -55,7 +55,7 @@ def _measured(name: str, machine: Machine, settings: Any, asked: Asked) -> Shown
     frequency = sweeping.frequencies(low, high, asked.number, dt)
     of = f"axis {name}" if name else f"the {machine.kind.name}"
     with progress(f"response of {of}", "frequencies") as pace:
-        found = sweeping.measured(
+        found = sweeping.measure_response(
             machine,
             settings,
             frequency,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import macromicro
 from macromicro.drawing.captions import captions
-from macromicro.drawing.page import PageFigure, Picture, filled, saved
+from macromicro.drawing.page import PageFigure, Picture, fill, save_figures
 from macromicro.report.provenance import software
 from macromicro.runs import folder
 from macromicro.schema.text import plain, write_text
@@ -84,7 +84,7 @@ def speed(ended: Any) -> list[tuple[str, str]]:
     return [("speed", text)]
 
 
-def stopped(ended: Any, count: str) -> list[str]:
+def stop_lines(ended: Any, count: str) -> list[str]:
     """Why a run did not come to its end; `count` says at which move."""
     fault = ended.fault
     if fault is not None:
@@ -123,14 +123,14 @@ def write(ended: Any, report: RunReport, drawn: Iterable[PageFigure]) -> None:
     """Write everything beside the recording; the summary first."""
     out = ended.job.out
     write_text(out / folder.SUMMARY, as_json(report.summary))
-    shown = saved(drawn, out, ended.job.request.figures)
+    shown = save_figures(drawn, out, ended.job.request.figures)
     write_text(out / folder.PAGE, page(ended, report, shown))
 
 
 def page(ended: Any, report: RunReport, shown: Sequence[Picture]) -> str:
     """One self-contained HTML file: text, table and figures, no network, no script."""
     job, rows = ended.job, ended.recording
-    return filled(
+    return fill(
         TEMPLATE,
         ended=ended,
         report=report,

@@ -167,7 +167,7 @@ def problems(ended: Ended) -> list[str]:
     begun, planned = ended.begun, len(ended.job.programme.target)
     if numbers is not None:
         begun, planned = int(numbers[begun - 1]) if begun else 0, int(numbers[-1])
-    found += run.stopped(ended, f"move {begun} of {planned}")
+    found += run.stop_lines(ended, f"move {begun} of {planned}")
     late = [p for p in ended.profiles if p.late_s > 0.0]
     if late:
         p = late[0]
@@ -176,6 +176,6 @@ def problems(ended: Ended) -> list[str]:
             f"{which} began late, its first {p.late_s:.2f} s left out: the carriage had not "
             "settled; lengthen the hold of the macro profile before it"
         )
-    if lost := arrivals.lost(_rests(ended)):
+    if lost := arrivals.describe_missed(_rests(ended)):
         found.append(f"{lost} within the band before the hold's end")
     return found

@@ -16,7 +16,7 @@ _WORDS: dict[type, Any] = {TwoStageSetup: two_stage.report}
 _DRAWN: dict[type, Any] = {TwoStageSetup: _figures.draw}
 
 
-def reported(ended: Ended, started: str) -> RunReport:
+def run_report(ended: Ended, started: str) -> RunReport:
     report: RunReport = _WORDS.get(type(ended.job.setup), machine.report)(ended, started)
     return report
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from macromicro import exported, traces
 from macromicro.arrays import Array
-from macromicro.drawing.page import filled
+from macromicro.drawing.page import fill
 from macromicro.recording import Recording
 from macromicro.recording_format import TIME
 from macromicro.schema.par import NO_UNIT
@@ -35,8 +35,8 @@ def page(
     Columns of one unit share a panel, and all panels share the time. Values are in single precision
     from the middle of the column's range; long recordings are reduced to least and greatest values.
     """
-    names = list(columns) or traces.chosen(recordings)
-    words = list(labels) or traces.called(recordings)
+    names = list(columns) or traces.default_columns(recordings)
+    words = list(labels) or traces.distinct_labels(recordings)
     panels = traces.panels(recordings, names)
     told = [name for _, inside in panels for name in inside]
     values = len(told) * sum(map(len, recordings))
@@ -51,7 +51,7 @@ def page(
         "sides": sides,
         "references": [name for name in told if name.endswith(_REFERENCE)],
     }
-    return filled(
+    return fill(
         TEMPLATE,
         title=", ".join(words),
         data=data,
@@ -68,7 +68,7 @@ def _side(recording: Recording, names: Sequence[str], every: int, *, own: bool) 
     shown = t - t[0] if own and len(t) else t
     return {
         "every": every,
-        "t": _packed(shown[::every], "<f8"),
+        "t": _pack(shown[::every], "<f8"),
         "columns": {name: _column(np.asarray(recording[name], float), every) for name in names},
     }
 
@@ -79,13 +79,13 @@ def _column(y: Array, every: int) -> dict[str, Any]:
     middle = float((known.min() + known.max()) / 2.0) if len(known) else 0.0
     y = np.where(np.isfinite(y), y - middle, np.nan)
     if every == 1 or not len(y):
-        return {"middle": middle, "low": _packed(y)}
+        return {"middle": middle, "low": _pack(y)}
     edges = np.arange(0, len(y), every)
     low, high = np.fmin.reduceat(y, edges), np.fmax.reduceat(y, edges)
-    return {"middle": middle, "low": _packed(low), "high": _packed(high)}
+    return {"middle": middle, "low": _pack(low), "high": _pack(high)}
 
 
-def _packed(values: Array, kind: str = "<f4") -> str:
+def _pack(values: Array, kind: str = "<f4") -> str:
     """Deflated bytes as text, which browsers can inflate."""
     return base64.b64encode(zlib.compress(np.ascontiguousarray(values, kind).tobytes())).decode()
 

@@ -75,10 +75,10 @@ def library() -> Any:
     name = ctypes.util.find_library("comedi")
     if name is None:
         raise CardError("libcomedi was not found: install it (Debian: apt-get install libcomedi0)")
-    return typed(ctypes.CDLL(name))
+    return set_types(ctypes.CDLL(name))
 
 
-def typed(loaded: Any) -> Any:
+def set_types(loaded: Any) -> Any:
     """Give a library's calls the types of comedilib.h."""
     for name, (result, arguments) in _CALLS.items():
         call = getattr(loaded, name)

@@ -12,7 +12,7 @@ from macromicro.errors import InputError
 from macromicro.extras import remedy
 from macromicro.rig.cards._rig import CardError
 from macromicro.rig.cards._wiring import ANALOG, COUNTER, DIGITAL, Terminal
-from macromicro.schema.keys import found
+from macromicro.schema.keys import show_value
 from macromicro.schema.text import printable
 from macromicro.units import quantity
 
@@ -115,7 +115,7 @@ class Card:
 
         task = self._task(terminals[0])
         for terminal in terminals:
-            self._asked(terminal, _added, task, terminal, self._physical(terminal), into)
+            self._asked(terminal, _add_channel, task, terminal, self._physical(terminal), into)
         size = len(terminals)
         analog = signal == ANALOG
         self._asked(terminals[0], task.start)
@@ -171,11 +171,11 @@ class Card:
         line = terminal.at.get("line")
         if not isinstance(line, str) or not line:
             accepted = "the line's name in quotes, such as 'ai0', 'ao0', 'port0/line0' or 'ctr0'"
-            raise InputError(f"{terminal.where}.line", found(line), accepted)
+            raise InputError(f"{terminal.where}.line", show_value(line), accepted)
         return f"{self._device}/{line}"
 
 
-def _added(task: Any, terminal: Terminal, physical: str, into: bool) -> None:
+def _add_channel(task: Any, terminal: Terminal, physical: str, into: bool) -> None:
     from nidaqmx.constants import LineGrouping, TerminalConfiguration
 
     if terminal.signal == DIGITAL:

@@ -43,8 +43,8 @@ class Driven:
         lines = [n for n in LIMITS if n in self.fixture.channels]
         self.last = Seen(
             float(sample.t),
-            _known(getattr(sample, "encoder", math.nan), last.place),
-            _known(getattr(sample, "hall", math.nan), last.hall),
+            _keep_known(getattr(sample, "encoder", math.nan), last.place),
+            _keep_known(getattr(sample, "hall", math.nan), last.hall),
             tuple(n for n in lines if getattr(sample, n) != 0.0),
         )
         return self.last
@@ -121,5 +121,5 @@ def to_place(driven: Driven, volts: float, place: float) -> None:
     driven.run(lambda t: {"motor": volts}, over, LONGEST)
 
 
-def _known(value: float, before: float) -> float:
+def _keep_known(value: float, before: float) -> float:
     return before if math.isnan(value) else float(value)

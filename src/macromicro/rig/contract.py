@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.conformance import Broken, Checks, Finding, failed, performed, require
+from macromicro.conformance import Broken, Checks, Finding, failure, perform, require
 from macromicro.rig._driven import LONGEST
 from macromicro.rig._strokes import Driven, Seen, Standing, safe
 from macromicro.rig.cards._wiring import DIGITAL, ROLES
@@ -57,18 +57,18 @@ def check(fixture: Fixture) -> Iterator[Finding]:
         with fixture.open() as rig:
             watched = _watch(fixture, rig)
     except Exception as error:
-        yield failed("open", error, "fix what the message names, then run this again")
+        yield failure("open", error, "fix what the message names, then run this again")
         return
     yield Finding("open", True, f"{fixture.kind}, {len(watched.samples)} readings, closed again")
     linked = () if watched.trips else ("link",)
     checks = [each for each in _AT_REST if each[0] not in linked]
-    yield from performed(checks, fixture, watched)
+    yield from perform(checks, fixture, watched)
     try:
         with fixture.open() as rig:
             rig.read()
     except Exception as error:
         remedy = "leave in __exit__ what __enter__ opens: a port, a lock, a task"
-        yield failed("again", error, remedy)
+        yield failure("again", error, remedy)
         return
     yield Finding("again", True, "opened and read again")
 
@@ -216,7 +216,7 @@ class Stroke(NamedTuple):
     rested: float  # how long it took to rest, s; NaN if it did not
 
 
-def said(fixture: Fixture, volts: float) -> list[str]:
+def announce(fixture: Fixture, volts: float) -> list[str]:
     """What `check_moving` will do, for the operator."""
     if not fixture.has("encoder"):
         return [f"{fixture.name}: CTRL {volts:g} V for {_HEAT:g} s"]
@@ -231,16 +231,16 @@ def said(fixture: Fixture, volts: float) -> list[str]:
 def check_moving(fixture: Fixture, volts: float) -> Iterator[Finding]:
     """Move a rig and check it."""
     if not fixture.has("encoder"):
-        yield from performed(HEAT, fixture, volts)
+        yield from perform(HEAT, fixture, volts)
         return
     try:
         with fixture.open() as rig:
             there = stroke(fixture, rig, volts)
             back = stroke(fixture, rig, -volts)
     except Exception as error:
-        yield failed("motion", error, "fix what the message names, then run this again")
+        yield failure("motion", error, "fix what the message names, then run this again")
         return
-    yield from performed(_IN_MOTION, fixture, volts, there, back, first=("direction",))
+    yield from perform(_IN_MOTION, fixture, volts, there, back, first=("direction",))
 
 
 def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:

@@ -24,7 +24,7 @@ class Envelope(NamedTuple):
     timer: Annotated[float, Meaning("time since that reference came", "s")]
 
 
-def closed() -> Envelope:
+def no_set_point() -> Envelope:
     """The envelope without a set point."""
     return Envelope(math.nan, 0.0, 0.0)
 

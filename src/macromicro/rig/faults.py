@@ -37,7 +37,7 @@ class Said(Protocol):
     def evidence(self) -> str: ...
 
 
-def ended(finished: bool, fault: Said | None) -> dict[str, Attribute]:
+def end_attributes(finished: bool, fault: Said | None) -> dict[str, Attribute]:
     """The end of a run for its recording."""
     words = {} if fault is None else {"fault": f"{fault.message} {fault.evidence}"}
     return {"finished": int(finished), **words}

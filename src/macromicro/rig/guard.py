@@ -61,8 +61,8 @@ def fresh() -> Watch:
         0.0,
         0.0,
         sensing.UNSEEN,
-        envelope.closed(),
-        envelope.closed(),
+        envelope.no_set_point(),
+        envelope.no_set_point(),
         Heat(Heating(0.0, 0.0, 0.0), math.nan, 0.0),
     )
 

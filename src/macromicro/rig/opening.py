@@ -87,7 +87,7 @@ class Carded:
 
     def __call__(self, seed: int) -> CardRig:
         """The rig; not opened. InputError for what the file gets wrong."""
-        wired = _wiring.read(self.path, {name: card.KEYS for name, card in CARDS.items()})
+        wired = _wiring.read_wiring(self.path, {name: card.KEYS for name, card in CARDS.items()})
         if wired.keeps_count and wired.card == "nidaqmx":
             accepted = "false with nidaqmx: its counters begin at 0 when they are opened"
             raise InputError(f"{self.path}: keeps_count", "true", accepted)
@@ -201,12 +201,12 @@ def named(name: str) -> Factory | Carded | Boarded:
     Factory(module='mylab', function='rig')
     """
     if boards.is_board(name):
-        return boards.read(name)
+        return boards.parse(name)
     if name.endswith(_wiring.SUFFIX):
         return Carded(Path(name))
     place = plugins.place(name, GROUP)
-    if place is None or not plugins.spelled(place):
-        others = plugins.registered(GROUP)
+    if place is None or not plugins.is_plugin_name(place):
+        others = plugins.entry_points(GROUP)
         offered = f"; installed: {', '.join(sorted(others))}" if others else ""
         raise InputError(OPTION, printable(name) or "nothing", ACCEPTED + offered)
     module, _, function = place.partition(":")

@@ -65,7 +65,7 @@ class Replay:
     def __exit__(self, *_: object) -> None: ...
 
 
-def opened(name: str) -> Recording:
+def open_recording(name: str) -> Recording:
     """The recording of "replay:FILE"."""
     if not name.startswith(SCHEME) or name == SCHEME:
         raise InputError("--rig", name, f"{SCHEME}FILE with a recording")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from macromicro.conformance import Finding, failed
+from macromicro.conformance import Finding, failure
 from macromicro.rig import _strokes
 from macromicro.rig._strokes import ENOUGH, HAND, LIMITS, LONGEST, STILL, Driven
 from macromicro.rig.session import Fixture
@@ -111,10 +111,10 @@ def _ends(driven: Driven, limits: Limits, known: Known) -> Done:
         return Finding("ends", False, found, "a higher --move; then the encoder's wires"), known
     _strokes.to_place(driven, down, 0.5 * (low.place + high.place))
     lines = [n for n in LIMITS if n in driven.fixture.channels]
-    return _judged(low, high, lines), known
+    return _judge(low, high, lines), known
 
 
-def _judged(low: _strokes.Seen, high: _strokes.Seen, lines: list[str]) -> Finding:
+def _judge(low: _strokes.Seen, high: _strokes.Seen, lines: list[str]) -> Finding:
     way = (
         f"{high.place - low.place:.0f} counts from {low.place:.0f} to {high.place:.0f}; "
         "is that the travel?"
@@ -220,19 +220,19 @@ def walk(fixture: Fixture, limits: Limits, ask: Ask) -> Iterator[Finding]:
         if answer != GO:
             skipped.append(step.name)
             continue
-        each, known = _gone(fixture, step, limits, known)
+        each, known = _walk_step(fixture, step, limits, known)
         found.append(each)
         yield each
     yield _sum(found, skipped, without)
 
 
-def _gone(fixture: Fixture, step: Step, limits: Limits, known: Known) -> Done:
+def _walk_step(fixture: Fixture, step: Step, limits: Limits, known: Known) -> Done:
     try:
         with fixture.open() as rig:
             return step.go(Driven(fixture, rig), limits, known)
     except Exception as error:
         remedy = "fix what the message names, then begin again"
-        return failed(step.name, error, remedy), known
+        return failure(step.name, error, remedy), known
 
 
 def _sum(found: list[Finding], skipped: list[str], without: list[str]) -> Finding:

@@ -12,7 +12,7 @@ from typing import Any
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled, saved
+from macromicro.drawing.page import Picture, fill, save_figures
 from macromicro.robustness import _figures, words
 from macromicro.robustness._findings import Worst, influences, overall, worst, yields
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, rank_correlation, spread
@@ -29,12 +29,12 @@ TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"
 
 def write(out: Path, study: Study, about: About, kinds: Sequence[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier study there is replaced."""
-    with folder.staged(out, remove=_earlier(out)) as place:
+    with folder.staging(out, remove=_earlier(out)) as place:
         write_text(place / JSON, as_json(study, about))
         write_text(place / SAMPLES, as_csv(study), newline="")
         for found in worst(study):
             write_text(place / words.file_name(found), as_toml(study, found, about))
-        shown = saved(_figures.draw(study), place, kinds)
+        shown = save_figures(_figures.draw(study), place, kinds)
         write_text(place / PAGE, page(study, about, shown, str(out)))
 
 
@@ -159,7 +159,7 @@ def _spread(study: Study, metric: str) -> dict[str, Any]:
 
 def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> str:
     whole = overall(study)
-    return filled(
+    return fill(
         TEMPLATE,
         about=about,
         request=study.request,

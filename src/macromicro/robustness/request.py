@@ -13,7 +13,7 @@ from macromicro.robustness.study import Request
 from macromicro.robustness.subject import Subject
 from macromicro.runs.setup import Setup
 from macromicro.schema import keys
-from macromicro.uncertainty.machines import counted
+from macromicro.uncertainty.machines import check_count
 
 MAX_WORKERS = 256
 
@@ -26,7 +26,7 @@ class Ready(NamedTuple):
     fan: bool = False
 
     def request(self, samples: int, seed: int, limits: Path | None) -> Request:
-        counted(samples)
+        check_count(samples)
         keys.seed(seed, "--seed")
         needed = self.subject.required
         if limits is not None:

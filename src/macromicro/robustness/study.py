@@ -16,7 +16,7 @@ from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Share, share
 from macromicro.robustness.subject import Subject
 from macromicro.runs.trials import trials
-from macromicro.uncertainty.machines import Sample, centre, counted, draw, refusal, settings_at
+from macromicro.uncertainty.machines import Sample, centre, check_count, draw, refusal, settings_at
 
 
 class Request(NamedTuple):
@@ -84,7 +84,7 @@ def run(
     progress: Callable[[int, int], bool] = lambda done, total: False,
 ) -> Study:
     """Run all machines; `progress` gets runs done and in all, and returns whether to end early."""
-    counted(request.samples)
+    check_count(request.samples)
     base, uncertain = request.settings, subject.uncertain
     sample = draw(base, uncertain, request.samples, request.seed)
     ends, impossible = _ends(request, subject) if request.single else ({}, {})

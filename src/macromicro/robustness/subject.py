@@ -47,14 +47,14 @@ def of(setup: Setup, workers: int, *, variants: bool = False) -> Subject:
         run=run,
         workers=workers,
         uncertain=setup.uncertain(variants=variants),
-        required=required(metrics, setup.limits),
+        required=usual_requirements(metrics, setup.limits),
         default=setup.default,
         as_toml=lambda settings: setup.with_settings(settings).as_file(),
         kept=setup.kept,
     )
 
 
-def required(
+def usual_requirements(
     metrics: Sequence[Metric], limits: dict[str, tuple[float, str]]
 ) -> tuple[Requirement, ...]:
     """The usual requirements, and a machine's own limits with their sources."""

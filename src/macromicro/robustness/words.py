@@ -91,11 +91,11 @@ def _end(i: Influence, value: float, unit: str) -> str:
 
 def amount(each: Uncertain, value: float) -> str:
     if each.kind == FACTOR:
-        return f"{_signed(100.0 * (value - 1.0))} %"
-    return f"{value:.3g} {each.unit}" if each.kind == VALUE else f"{_signed(value)} {each.unit}"
+        return f"{_with_sign(100.0 * (value - 1.0))} %"
+    return f"{value:.3g} {each.unit}" if each.kind == VALUE else f"{_with_sign(value)} {each.unit}"
 
 
-def _signed(value: float) -> str:
+def _with_sign(value: float) -> str:
     return f"{value:+.3g}" if round(value, 9) else "0"
 
 
@@ -115,11 +115,11 @@ def replay(study: Study, found: Worst, about: About, folder: str) -> str:
     seed = study.request.seed + found.sample
     place = f"{folder}/{file_name(found)}" if folder else file_name(found)
     fan = " --fan" if about.fan else ""
-    what = f"{_quoted(about.programme)} " if about.programme else ""
-    return f"macromicro run {what}--config {_quoted(place)} --seed {seed}{fan}"
+    what = f"{_quote(about.programme)} " if about.programme else ""
+    return f"macromicro run {what}--config {_quote(place)} --seed {seed}{fan}"
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     import shlex
 
     return shlex.quote(text)

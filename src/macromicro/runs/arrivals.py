@@ -36,7 +36,7 @@ def of_both(moves: Iterable[MoveResult], numbers: NDArray[np.int64]) -> list[Res
     ]
 
 
-def lost(moves: Iterable[Rest]) -> str:
+def describe_missed(moves: Iterable[Rest]) -> str:
     late = [str(m.number) for m in moves if m.complete and not m.arrived]
     if not late:
         return ""
@@ -80,7 +80,7 @@ def verdict(
 
 def warn(moves: Sequence[Rest], remedy: str, place: Place = LENGTH, stacklevel: int = 3) -> None:
     """Warn once about the moves of a run that did not arrive."""
-    said = lost(moves)
+    said = describe_missed(moves)
     if not said:
         return
     worst = _worst([m for m in moves if m.complete and not m.arrived], place)

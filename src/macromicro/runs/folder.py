@@ -24,7 +24,7 @@ from macromicro.errors import MacromicroError, ProblemError
 from macromicro.recorder import Recorder
 from macromicro.recording import check_space
 from macromicro.recording_format import Attribute
-from macromicro.rig.faults import Fault, ended
+from macromicro.rig.faults import Fault, end_attributes
 from macromicro.schema.text import printable
 
 RECORDING = "recording.h5"
@@ -50,7 +50,9 @@ def recorder(
     attributes: Mapping[str, Attribute],
 ) -> Iterator[Recorder]:
     """The recording of a run, unfinished until `conclude`; an error becomes its `fault`."""
-    with Recorder(path, columns, capacity, dt, {**attributes, **ended(False, None)}) as made:
+    with Recorder(
+        path, columns, capacity, dt, {**attributes, **end_attributes(False, None)}
+    ) as made:
         try:
             yield made
         except Exception as error:
@@ -60,7 +62,7 @@ def recorder(
 
 
 def conclude(recording: Recorder, finished: bool, fault: Fault | None) -> None:
-    for name, value in ended(finished, fault).items():
+    for name, value in end_attributes(finished, fault).items():
         recording.attribute(name, value)
 
 
@@ -69,7 +71,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
 
     An empty folder is free; with `overwrite` one whose files of these names may be replaced.
     """
-    where = named(folder)
+    where = folder_name(folder)
     try:
         if folder.is_dir():
             check_content(folder, where, overwrite, names)
@@ -79,7 +81,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     check_space(folder, needed + REPORT_BYTES)
 
 
-def chosen(out: Path | None, usual: Path, *, overwrite: bool, resume: bool = False) -> Path:
+def choose_folder(out: Path | None, usual: Path, *, overwrite: bool, resume: bool = False) -> Path:
     """The folder that a user names, or a new one: results/thesis, results/thesis-2, ...
 
     A new one is made at once, so that simultaneous commands get one each; `tidy` removes it if it
@@ -101,7 +103,7 @@ def chosen(out: Path | None, usual: Path, *, overwrite: bool, resume: bool = Fal
     return usual
 
 
-def named(folder: Path) -> str:
+def folder_name(folder: Path) -> str:
     where = f"--out {printable(folder, 300)}"
     if "\0" in str(folder):
         raise ProblemError(where, "not a valid name", _PLACE)
@@ -161,7 +163,7 @@ def make(folder: Path) -> None:
 
 
 @contextmanager
-def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
+def staging(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
     """A temporary folder whose files move to `folder` if the block succeeds."""
     existing = next(p for p in (folder, *folder.absolute().parents) if p.is_dir())
     place = Path(tempfile.mkdtemp(prefix=".macromicro-", dir=existing))
@@ -180,14 +182,14 @@ def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
 
 
 @contextmanager
-def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Iterator[None]:
+def locked(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Iterator[None]:
     """Lock a folder from before the work until its results are written.
 
     Makes the folder; one that stays empty is removed again.
     """
     where = f"--out {printable(place, 300)}"
     _make(place)
-    file = _opened(place)
+    file = _open_for_lock(place)
     try:
         _lock(file, where)
         check_content(place, where, overwrite, names)
@@ -197,7 +199,7 @@ def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Itera
         os.close(file)
 
 
-def _opened(place: Path) -> int:
+def _open_for_lock(place: Path) -> int:
     """A descriptor to lock a folder by; Windows opens no folders, so a file stands for it."""
     if os.name != "nt":
         return os.open(place, os.O_RDONLY)

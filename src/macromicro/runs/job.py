@@ -77,8 +77,8 @@ class Stop(Exception):
 def check(request: Request) -> Job:
     """Check everything before anything is written or computed."""
     keys.seed(request.seed, "--seed")
-    setup, source, name = setups.requested(request)
-    out = folder.chosen(request.out, Path("results") / name, overwrite=request.overwrite)
+    setup, source, name = setups.of_request(request)
+    out = folder.choose_folder(request.out, Path("results") / name, overwrite=request.overwrite)
     needed = needed_bytes(setup.columns(), setup.capacity)
     folder.check(out, needed, overwrite=request.overwrite, names=setup.files)
     return Job(request, setup, out, overridden(setup.settings, setup.default), source)

@@ -54,7 +54,7 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
         return []
     settings = settings_of(recording) if settings is None else settings
     if served.is_live(recording):
-        found = served.served(recording)
+        found = served.served_moves(recording)
         done = programmed.moves_of(found.recording, found.programme, settings)
         return [move._replace(complete=not found.cut[move.move]) for move in done]
     begun, what = served.ran(recording)

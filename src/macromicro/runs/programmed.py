@@ -22,19 +22,19 @@ from macromicro.design import response
 from macromicro.design.extension import extension, per_cycle
 from macromicro.design.profiles import profiles
 from macromicro.design.response import MoveResult
-from macromicro.design.tracking import followed, tracking
+from macromicro.design.tracking import followed_stages, tracking
 from macromicro.design.vibration import vibration
 from macromicro.errors import ProblemError
 from macromicro.kernel import compiled
 from macromicro.lab import replay
-from macromicro.lab.machine import FLAGS, approach, follow, known, seen, under
+from macromicro.lab.machine import FLAGS, approach, fill_gaps, follow, under, visible_columns
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.programme.travel import limits
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.rig.opening import TWIN, open_rig
-from macromicro.rig.replay import SCHEME, Replay, opened
+from macromicro.rig.replay import SCHEME, Replay, open_recording
 from macromicro.rig.session import BENCH, Fixture
 from macromicro.rig.twin import CompiledTwin
 from macromicro.runs import arrivals, folder, keeping
@@ -72,7 +72,7 @@ class TwoStageSetup(Setup):
         self.settings, self.programme, self.fan = settings, programme, fan
         self.title, self.cycles = programme.title, cycles
         self.attributes = {"fan": int(fan)}
-        self.expected = simulate.expected(settings, programme)
+        self.expected = simulate.expected_duration(settings, programme)
 
     def with_settings(self, settings: Settings) -> TwoStageSetup:
         return TwoStageSetup(settings, self.programme, fan=self.fan, cycles=self.cycles)
@@ -100,7 +100,7 @@ class TwoStageSetup(Setup):
         every = recorded.columns(control_settings.prepare(self.settings.controller))
         if on is None:
             return every
-        return replay.columns(on) if isinstance(on, Recording) else seen(on, every)
+        return replay.columns(on) if isinstance(on, Recording) else visible_columns(on, every)
 
     def perform(
         self, sink: Sink, *, on: Place = None, seed: int = 0, progress: Progress | None = None
@@ -138,20 +138,20 @@ class TwoStageSetup(Setup):
     def compile(self) -> None:
         rolled = simulate.prepare(self.settings, self.programme, self.fan)
         if rolled.control.compiles:
-            compiled(loop.rollout)(*simulate.given(rolled, 0))
+            compiled(loop.rollout)(*simulate.arguments(rolled, 0))
         else:
             CompiledTwin(rolled.plant, 0)
 
     def runs_interpreted(self) -> bool:
         rolled = simulate.prepare(self.settings, self.programme, self.fan)
-        periods, given = self.expected / self.period, simulate.given(rolled, 0)
+        periods, given = self.expected / self.period, simulate.arguments(rolled, 0)
         return rolled.control.compiles and interpreting.is_quicker(loop.rollout, periods, *given)
 
     def source(self, rig: str, seed: int) -> Place:
         if rig == TWIN:
             return None
         if rig.startswith(SCHEME):
-            recording = opened(rig)
+            recording = open_recording(rig)
             Replay(recording, rig.removeprefix(SCHEME))  # has it sensors?
             return recording
         fixture = open_rig(rig, seed, limits=self.settings.guard, gains=self.settings.controller)
@@ -178,7 +178,7 @@ class TwoStageSetup(Setup):
         return lines
 
     def notices(self, source: Place) -> list[str]:
-        if isinstance(source, Fixture) or not hall_table.needed(self.settings):
+        if isinstance(source, Fixture) or not hall_table.is_needed(self.settings):
             return []
         return ["another Hall sensor: calibrating it on this bench first"]
 
@@ -254,14 +254,14 @@ class _Filled:
 
     def __init__(self, sink: Sink, fixture: Fixture, every: tuple[Column, ...]) -> None:
         self._sink, self._names = sink, [c.name for c in every]
-        self._shown = [self._names.index(c.name) for c in seen(fixture, every)]
+        self._shown = [self._names.index(c.name) for c in visible_columns(fixture, every)]
         self._flags = dict.fromkeys(FLAGS, 0.0)  # as they were last
 
     def append(self, block: npt.NDArray[np.float64]) -> None:
         rows = block.copy()
         for name, last in self._flags.items():
             row = self._names.index(name)
-            rows[row] = known(np.append(last, rows[row]))[1:]
+            rows[row] = fill_gaps(np.append(last, rows[row]))[1:]
             self._flags[name] = float(rows[row, -1])
         self._sink.append(rows[self._shown])
 
@@ -273,7 +273,7 @@ def moves_of(recording: Recording, programme: Programme, settings: Settings) -> 
         programme,
         pitch=settings.sensors.encoder.pitch,
         macro_band=settings.controller.sequence.tolerance,
-        but=followed(recording, programme),
+        but=followed_stages(recording, programme),
     )
 
 

@@ -16,7 +16,7 @@ from macromicro.kernel import cache_folder
 from macromicro.place import LENGTH, Place
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
-from macromicro.rig.faults import ended
+from macromicro.rig.faults import end_attributes
 from macromicro.rig.session import Fixture
 from macromicro.runs import arrivals
 from macromicro.runs.arrivals import Rest
@@ -175,7 +175,7 @@ class Setup:
         """
         blocks, columns = Blocks(), self.columns(on)
         outcome = self.perform(blocks, on=on, seed=seed)
-        attributes = self.about(seed) | ended(outcome.finished, outcome.fault)
+        attributes = self.about(seed) | end_attributes(outcome.finished, outcome.fault)
         if isinstance(on, Fixture):
             attributes["rig"] = on.name
         rows = blocks.all(columns)

@@ -29,7 +29,7 @@ def at(tree: Any, path: str) -> Any:
     return value_at(tree, path)
 
 
-def changed(tree: Tree, changes: str | Mapping[str, object], value: object = None) -> Tree:
+def change(tree: Tree, changes: str | Mapping[str, object], value: object = None) -> Tree:
     """A tree with other values, written as in a settings file."""
     if isinstance(changes, str):
         if value is None:
@@ -52,7 +52,7 @@ def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def told(tree: Any, default: Any) -> str:
+def describe_changes(tree: Any, default: Any) -> str:
     """The differences of a tree from another, on a line."""
     known = {e.path: e for e in entries(default)}
     differs = config.difference(tree, default)

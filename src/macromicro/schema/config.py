@@ -46,7 +46,7 @@ def table(path: Path) -> dict[str, Any]:
             raise ProblemError(
                 f"{file}, {INCLUDE}", f"no file {printable(name)}", "Paths count from this file."
             )
-        found = _merged(read_toml(beside, WHAT), found)
+        found = _merge(read_toml(beside, WHAT), found)
     return found
 
 
@@ -83,13 +83,13 @@ def _depth(table: object, keys: list[str]) -> int:
     return 1 + _depth(table[keys[0]], keys[1:])
 
 
-def _merged(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
+def _merge(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     """Nested tables of which the second goes before the first."""
     made = dict(first)
     for key, value in second.items():
         own = made.get(key)
         both = isinstance(own, dict) and isinstance(value, dict)
-        made[key] = _merged(own, value) if both else value  # type: ignore[arg-type]
+        made[key] = _merge(own, value) if both else value  # type: ignore[arg-type]
     return made
 
 
@@ -105,21 +105,21 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
         if not content:
             return tree
     with named_by_file(path):
-        tree = _grown(tree, content, file)
-        if not leaves(content, _known(tree), f"{file}, ", _LIST):
+        tree = _extend(tree, content, file)
+        if not leaves(content, _entries_of(tree), f"{file}, ", _LIST):
             raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
         return overridden(tree, content, file)
 
 
 def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     """A tree with the values of a table, and with what derives from them."""
-    tree = _grown(tree, table, where)
-    known = _known(tree)
+    tree = _extend(tree, table, where)
+    known = _entries_of(tree)
     read = {
         key: known[key].read(value, f"{where}, {key}")
         for key, value in leaves(dict(table), known, f"{where}, ", _LIST).items()
     }
-    changes = figures.replaced(tree, read, where)
+    changes = figures.resolve_figures(tree, read, where)
     try:
         made: Tree = changed(tree, changes)
     except InputError as error:
@@ -136,7 +136,7 @@ def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     return made
 
 
-def _known(tree: Any) -> dict[str, Entry]:
+def _entries_of(tree: Any) -> dict[str, Entry]:
     """Every key that a file may set."""
     return {entry.path: entry for entry in entries(tree)} | figures.entries(tree)
 
@@ -157,7 +157,7 @@ def _follow(tree: Any, changes: Mapping[str, Any], where: str) -> None:
         raise ProblemError(f"{where}, {path}", f"{found}{entry.accepted}", f"Give {FOLLOWS}.")
 
 
-def _grown(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
+def _extend(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     """A tree with the sets that the table's own words call for: its method `grown`, if any."""
     grow = getattr(tree, "grown", None)
     grown: Tree = tree if grow is None else grow(table, where)

@@ -24,7 +24,7 @@ def entries(tree: Any) -> dict[str, Entry]:
     }
 
 
-def replaced(tree: Any, changes: Mapping[str, Any], where: str) -> dict[str, Any]:
+def resolve_figures(tree: Any, changes: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Changes with the parameters that follow in place of figures."""
     left = dict(changes)
     for prefix, each in _sets(tree):

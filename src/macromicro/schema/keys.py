@@ -28,7 +28,7 @@ def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
     return f"one of {', '.join(known)}" if len(known) <= _FEW else f"a known one{hint}"
 
 
-def found(raw: object) -> str:
+def show_value(raw: object) -> str:
     return "nothing" if raw is None else printable(raw)
 
 
@@ -51,7 +51,7 @@ def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
 def whole(raw: object, low: int, high: int, where: str) -> int:
     known = isinstance(raw, Integral) and not isinstance(raw, bool)
     if not known or not low <= int(raw) <= high:  # type: ignore[call-overload]
-        raise InputError(where, found(raw), f"a whole number from {low} to {high}")
+        raise InputError(where, show_value(raw), f"a whole number from {low} to {high}")
     return int(raw)  # type: ignore[call-overload,no-any-return]
 
 
@@ -65,14 +65,14 @@ def leaves(
 ) -> dict[str, object]:
     """Dotted paths and raw values of tables that are sets, in the file's order."""
     raw: dict[str, object] = {}
-    for path, value in _walked(table, known, where, hint, ""):
+    for path, value in _walk(table, known, where, hint, ""):
         if path in raw:
             raise ProblemError(f"{where}{path}", "set twice", "Set each parameter once.")
         raw[path] = value
     return raw
 
 
-def _walked(
+def _walk(
     table: dict[str, Any], known: dict[str, Entry], where: str, hint: str, prefix: str
 ) -> Iterator[tuple[str, object]]:
     for key, value in table.items():
@@ -85,7 +85,7 @@ def _walked(
             accepted = nearest(path, (*known, *sorted(sets)), f" ({hint})")
             raise ProblemError(f"{where}{printable(path)}", "unknown key", f"Accepted: {accepted}.")
         elif isinstance(value, dict):
-            yield from _walked(value, known, where, hint, f"{path}.")
+            yield from _walk(value, known, where, hint, f"{path}.")
         else:
             names = dict.fromkeys(name.partition(".")[0] for name in inside)
             accepted = f"a table [{path}] with {', '.join(names)}"

@@ -252,17 +252,17 @@ class Entry(NamedTuple):
         if isinstance(value, bool):
             return str(value).lower()
         if isinstance(value, str):
-            return _quoted(value)
+            return _quote(value)
         if not isinstance(value, int | float) or not math.isfinite(value):
             return None
         plain = (par.shown or par.unit) in NO_UNIT
         if isinstance(value, int) and plain:
             return str(value)
         text = shown(value, par.unit, par.shown)
-        return text if plain else _quoted(text)
+        return text if plain else _quote(text)
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 

@@ -17,7 +17,7 @@ from macromicro.schema.text import printable
 _MANY = 12  # names that are not all listed
 
 
-def spelled(name: str) -> bool:
+def is_plugin_name(name: str) -> bool:
     """Whether a text has the form "module:object"."""
     module, colon, attribute = name.partition(":")
     parts = (*module.split("."), attribute)
@@ -52,14 +52,14 @@ def load(name: str, where: str, what: str, suits: Callable[[Any], bool]) -> Any:
     return made
 
 
-def registered(group: str) -> dict[str, str]:
+def entry_points(group: str) -> dict[str, str]:
     """What installed packages offer under an entry point group."""
     return {point.name: point.value for point in metadata.entry_points(group=group)}
 
 
 def place(name: str, group: str) -> str | None:
     """The "module:object" of a name that the user wrote, if any."""
-    return name if spelled(name) else registered(group).get(name)
+    return name if is_plugin_name(name) else entry_points(group).get(name)
 
 
 class Group(NamedTuple):
@@ -75,7 +75,7 @@ class Group(NamedTuple):
         """The object that a user named: "module:object", or an entry point."""
         there = place(name, self.name) if isinstance(name, str) else None
         if there is None:
-            every = (*self.known, *registered(self.name))
+            every = (*self.known, *entry_points(self.name))
             many = len(every) > _MANY
             near = nearest(str(name), every) if many else f"one of {', '.join(every)}"
             raise InputError(where, printable(name), f"{near}; or {self.form}")

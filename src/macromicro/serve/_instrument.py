@@ -19,7 +19,7 @@ from macromicro.control.live.targets import reach
 from macromicro.errors import InputError
 from macromicro.place import Place
 from macromicro.serve import telling
-from macromicro.serve._programmes import Planned, called
+from macromicro.serve._programmes import Planned, error_under_name
 from macromicro.serve.hosts import Token
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class Instrument:
         try:
             return self.settings.programmes.read(path, self.limits)
         except InputError as error:
-            raise called(error, path, shown or path.name) from None
+            raise error_under_name(error, path, shown or path.name) from None
 
     def programme_of(self, data: bytes, name: str, shown: str = "") -> Planned:
         """Read a programme from the content of a file `name`."""

@@ -58,7 +58,7 @@ def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
     ours, theirs = link.pair()
     try:
         if os.name == "nt":
-            process = _given(theirs, shared)
+            process = _start_on_windows(theirs, shared)
         else:
             fds = (theirs.fileno(), shared.fd, lock_fd)
             process = subprocess.Popen(
@@ -67,7 +67,7 @@ def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
     finally:
         theirs.close()
     try:
-        ours.send(link.packed(spec))
+        ours.send(link.pack(spec))
         return Child(process, ours, *_greeting(process, ours))
     except BaseException:
         process.kill()
@@ -76,7 +76,7 @@ def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
         raise
 
 
-def _given(theirs: socket.socket, shared: Shared) -> subprocess.Popen[bytes]:
+def _start_on_windows(theirs: socket.socket, shared: Shared) -> subprocess.Popen[bytes]:
     """Start it on Windows, which passes sockets by a text made for that process."""
     group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Ctrl-C does not reach it
     started = fresh_python(_CODE, shared.path) | {"stdin": subprocess.PIPE}
@@ -87,7 +87,7 @@ def _given(theirs: socket.socket, shared: Shared) -> subprocess.Popen[bytes]:
     return process
 
 
-def taken(arguments: list[str]) -> tuple[socket.socket, Spec, Shared]:
+def take_over(arguments: list[str]) -> tuple[socket.socket, Spec, Shared]:
     """The loop's end of the link, what it runs and the memory, in the started process."""
     if len(arguments) == 1:
         text = sys.stdin.buffer.read()

@@ -110,10 +110,10 @@ class Trail:
         with self._lock:
             if self._waiting is not None:
                 self._waiting.append(entry)
-        LOG.log(level, "%s", shown(entry))
+        LOG.log(level, "%s", as_line(entry))
 
 
-def shown(entry: Noted) -> str:
+def as_line(entry: Noted) -> str:
     """An entry as a printable line."""
     facts = ", ".join(f"{key} {_plain(value)}" for key, value in entry.facts.items())
     who = f" by {entry.who}" if entry.who else ""

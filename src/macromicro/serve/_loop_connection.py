@@ -270,7 +270,7 @@ class LoopConnection:
     async def _silent(self, child: Child, silent: float, allowed: float) -> None:
         last = _watching.last_written(self.shared)
         text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {last}"
-        self._fault(faults.failed(faults.LOOP_SILENT, text))
+        self._fault(faults.failure(faults.LOOP_SILENT, text))
         self.trust = "the loop does not respond"
         self.running = False
         self._close(m.FAULTED, text)
@@ -328,7 +328,7 @@ class LoopConnection:
         trouble = self.trouble
         if trouble is None:
             text = f"it ended unexpectedly: {how}; {_watching.last_written(self.shared)}"
-            trouble = faults.failed(faults.LOOP_DIED, text)
+            trouble = faults.failure(faults.LOOP_DIED, text)
             self._fault(trouble)
         self.trust = trouble.name
         outcome = m.LOST if trouble.code == faults.LOOP_DIED else m.FAULTED

@@ -27,7 +27,7 @@ class Planned(NamedTuple):
     moves: int
 
 
-def called(error: InputError, path: Path, name: str) -> InputError:
+def error_under_name(error: InputError, path: Path, name: str) -> InputError:
     """An error in a file, under the `name` that the client knows."""
     return error.at(error.where.replace(str(path), name))
 
@@ -46,7 +46,7 @@ class TwoStage(NamedTuple):
         try:
             return self.read(path, soft)
         except InputError as error:
-            raise called(error, path, path.name) from None
+            raise error_under_name(error, path, path.name) from None
 
     def read(self, path: Path, soft: SoftLimits) -> Planned:
         """The programme in a file."""

@@ -15,10 +15,10 @@ from macromicro.errors import MacromicroError
 from macromicro.nominal import PERIOD
 from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
-from macromicro.rig.faults import ended
+from macromicro.rig.faults import end_attributes
 from macromicro.serve._ledger import Trail
 from macromicro.serve._loop_connection import LoopConnection
-from macromicro.serve._watching import NO_RECORDING, latched
+from macromicro.serve._watching import NO_RECORDING, latched_fault
 from macromicro.serve.settings import STOP, AnySettings
 from macromicro.serve.shared import PLAIN, WRITTEN, Shared, Telemetry
 from macromicro.serve.snapshot import RecordingState, Trouble
@@ -68,7 +68,7 @@ class Recording:
             self._columns,
             capacity,
             means.period,
-            {**attributes, **ended(False, None)},
+            {**attributes, **end_attributes(False, None)},
             overwrite=overwrite,
             events=True,
         )
@@ -106,7 +106,7 @@ class Recording:
         finally:
             self._trail.end_recording()
             whole = self._reason == ASKED and not failure
-            for name, value in {**ended(whole, self._met), "ended": self._reason}.items():
+            for name, value in {**end_attributes(whole, self._met), "ended": self._reason}.items():
                 self._recorder.attribute(name, value)
             self._recorder.close()
             self._state = self._state._replace(active=False, error=failure)
@@ -189,7 +189,7 @@ class Recordings:
         return state
 
     def _now(self, shared: Shared) -> Trouble | None:
-        return self._connection.trouble or latched(shared, self._machine)
+        return self._connection.trouble or latched_fault(shared, self._machine)
 
     def _loop_ended(self, reason: str) -> None:
         """Complete the file: no more rows come."""

@@ -70,9 +70,9 @@ def _stop(rig: str, seed: int) -> Safed:
             check=False,
         )
     except OSError as error:
-        return _failed(printable(error, 120))
+        return _failure(printable(error, 120))
     except subprocess.TimeoutExpired:
-        return _failed(_LATE.format(LIMIT_S))
+        return _failure(_LATE.format(LIMIT_S))
     took = time.monotonic() - began
     if done.returncode == 0:
         return Safed(
@@ -81,12 +81,12 @@ def _stop(rig: str, seed: int) -> Safed:
             "read the outputs back",
         )
     if done.returncode == -getattr(signal, "SIGALRM", 0):
-        return _failed(_LATE.format(LIMIT_S))
+        return _failure(_LATE.format(LIMIT_S))
     lines = done.stderr.strip().splitlines()
-    return _failed(printable(lines[-1] if lines else f"status {done.returncode}", 200))
+    return _failure(printable(lines[-1] if lines else f"status {done.returncode}", 200))
 
 
-def _failed(why: str) -> Safed:
+def _failure(why: str) -> Safed:
     kept = "the outputs may still be as last written"
     words = f"a fresh process could not stop the rig ({why}); {kept}"
     return Safed(False, words)

@@ -143,7 +143,7 @@ class Sender:
         self, serial: int, request: Any, asked: int, allowed: Allowed, trial: bool
     ) -> Refused | None:
         until = time.monotonic_ns() + round(self._wait * 1e9)
-        data = link.packed(Order(serial, request, asked, until, trial))
+        data = link.pack(Order(serial, request, asked, until, trial))
         if len(data) > link.LARGEST:
             return Refused(f"a request of {len(data)} bytes", f"at most {link.LARGEST} bytes")
         refusal = allowed()

@@ -95,7 +95,7 @@ def snapshot(
     )
 
 
-def latched(shared: Shared, settings: AnySettings) -> Trouble | None:
+def latched_fault(shared: Shared, settings: AnySettings) -> Trouble | None:
     """The latched fault of the loop's status."""
     now = shared.now()
     return None if now is None else faults.trouble(now[2], settings.live.place, settings.axes)

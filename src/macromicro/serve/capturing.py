@@ -69,7 +69,7 @@ class Captured(NamedTuple):
 Ends = Callable[[int], Finished | None]
 
 
-def checked(wanted: Wanted, columns: Sequence[Column], period: float) -> Wanted:
+def check(wanted: Wanted, columns: Sequence[Column], period: float) -> Wanted:
     """Refuse what cannot be captured, saying what can."""
     known = {column.name for column in columns}
     if not wanted.signals or len(wanted.signals) > MOST_SIGNALS:
@@ -228,7 +228,7 @@ class Captures:
     def begin(self, client: str, wanted: Wanted) -> Capture:
         """Begin a capture, in place of the client's last one; raises InputError."""
         shared, period = self._connection.shared, self._settings.period
-        checked(wanted, self.signals, period)
+        check(wanted, self.signals, period)
         if shared is None or not self._connection.running:
             raise ProblemError("capture", "the loop process is not running", "Start it again.")
         form = self._settings.telemetry

@@ -100,7 +100,7 @@ class Capacity:
             return await in_thread(act, *given)
 
 
-def unadmitted(address: str) -> int:
+def without_address(address: str) -> int:
     return LOCAL if is_loopback(address) else REMOTE
 
 
@@ -131,7 +131,7 @@ class Client:
             return HOLDER
         if self.authenticated and not self.instrument.token.open:
             return ADMITTED
-        return unadmitted(self.address)
+        return without_address(self.address)
 
     @property
     def price(self) -> float:

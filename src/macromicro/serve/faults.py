@@ -31,13 +31,13 @@ def silent(seconds: float, allowed: float) -> str:
     )
 
 
-def failed(code: int, evidence: str) -> Trouble:
+def failure(code: int, evidence: str) -> Trouble:
     """A fault that ended the loop."""
     text = _TEXTS[code]
     return Trouble(code, text.name, text.message, evidence, text.remedy)
 
 
-def described(
+def describe(
     code: float,
     value: float,
     limit: float,
@@ -78,4 +78,4 @@ def trouble(status: Status, place: Place = LENGTH, axes: Axes = ()) -> Trouble |
     """The latched fault in the loop's status, or None."""
     if status.fault == codes.OK:
         return None
-    return described(status.fault, status.value, status.limit, status.time, place, axes)
+    return describe(status.fault, status.value, status.limit, status.time, place, axes)

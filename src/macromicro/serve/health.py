@@ -313,7 +313,7 @@ def disk(folders: Mapping[str, Path], period: float = PERIOD) -> Iterator[Findin
 
 def address(host: str) -> Finding:
     try:
-        _resolved(host, 0)
+        _resolve(host, 0)
     except OSError as error:
         remedy = "an address of this computer, such as 127.0.0.1, or a name of it"
         return Finding("address", FAIL, f"{host}: {error.strerror}", remedy)
@@ -329,7 +329,7 @@ def address(host: str) -> Finding:
     return Finding("address", OK, f"{host}: others can connect, with the token")
 
 
-def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, Any]:
+def _resolve(host: str, port: int) -> tuple[socket.AddressFamily, Any]:
     family, _, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     return family, where
 
@@ -337,7 +337,7 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, Any]:
 def free_port(port: int, what: str, host: str = HOST) -> Finding:
     name = f"port {port}, {what}"
     try:
-        family, where = _resolved(host, port)
+        family, where = _resolve(host, port)
         with socket.socket(family) as trial:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             trial.bind(where)

@@ -27,7 +27,7 @@ FOLDER = Path("results/serve")  # of recordings that a client begins
 _NAME = re.compile(r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?", re.IGNORECASE)
 
 
-def guarded(host: str, token: str | None) -> None:
+def require_token(host: str, token: str | None) -> None:
     """Raise InputError for a host open to others that has no strong token."""
     if token is None and not is_loopback(host):
         raise InputError("host", host, "127.0.0.1, or another one together with a token")
@@ -53,7 +53,7 @@ def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name.lower() for name in (*given, *own)))
 
 
-def reached(host: str, bound: str) -> str:
+def reachable_address(host: str, bound: str) -> str:
     """The address at which other computers reach the server."""
     if is_everywhere(host):
         name = socket.gethostname()

@@ -23,7 +23,7 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return ours, theirs
 
 
-def packed(message: Any) -> bytes:
+def pack(message: Any) -> bytes:
     data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     return _LENGTH.pack(len(data)) + data
 
@@ -67,7 +67,7 @@ class Outbox:
         return bool(self._waiting)
 
     def send(self, message: Any) -> None:
-        self.put(packed(message))
+        self.put(pack(message))
 
     def put(self, data: bytes) -> None:
         """Send a packed message."""

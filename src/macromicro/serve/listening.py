@@ -85,7 +85,7 @@ def check_port(port: int) -> None:
         raise InputError("port", port, "a whole number from 0 (any free one) to 65535")
 
 
-def refused(host: str, port: int, error: OSError) -> InputError:
+def listen_error(host: str, port: int, error: OSError) -> InputError:
     """Why `host` and `port` cannot be listened at."""
     if isinstance(error, socket.gaierror):
         return InputError("host", host, ADDRESS)

@@ -61,11 +61,11 @@ class Live:
 
     def heard(self, point: Point, age: float) -> tuple[Notice, ...]:
         position, velocity = point[0]
-        self._s, notices = following.heard(self._p, self._s, position, velocity, age)
+        self._s, notices = following.take_set_point(self._p, self._s, position, velocity, age)
         return notices
 
     def renew(self) -> None:
-        self._s = following.renewed(self._s)
+        self._s = following.renew(self._s)
 
     def refusal(self, request: Any) -> Refused | None:
         _, reply, _ = self._answered(request)

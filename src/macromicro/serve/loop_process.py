@@ -32,7 +32,7 @@ from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.schema.text import printable
 from macromicro.serve import _pacing, faults
-from macromicro.serve._launching import Spec, taken
+from macromicro.serve._launching import Spec, take_over
 from macromicro.serve._machine import Opened
 from macromicro.serve.link import Outbox
 from macromicro.serve.live import Live
@@ -50,7 +50,7 @@ FRAMES = 8  # innermost ones, of a traceback in the log
 def main() -> None:
     """Run the loop process; the arguments are those of `_launching`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end, spec, shared = taken(sys.argv[1:])
+    end, spec, shared = take_over(sys.argv[1:])
     outbox = Outbox(end)
     try:
         opened = open_machine(spec)
@@ -79,7 +79,7 @@ def open_machine(spec: Spec) -> Opened:
     if isinstance(settings, StageSettings):
         from macromicro.serve.stage import opening
 
-        return opening.opened(spec)
+        return opening.open_machine(spec)
     if spec.rig == TWIN:
         with others_beside():
             rig = twin(settings, spec.seed, spec.kept)
@@ -94,7 +94,9 @@ def open_machine(spec: Spec) -> Opened:
         shown = ", ".join(fixture.channels) or "nothing"
         remedy = "Use a rig that measures encoder (macro-stage), hall (micro-stage) or both."
         raise ProblemError(f"--rig {fixture.name}, channels", f"it measures {shown}", remedy)
-    own = fixture.calibrated() if MICRO in stages else calibration.shipped()  # of no use
+    own = (
+        fixture.calibrated() if MICRO in stages else calibration.default_calibration()
+    )  # of no use
     rig = fixture.make(spec.seed)
     if hasattr(rig, "yielding"):  # homing takes a limit switch for the stop
         rig.yielding = True
@@ -162,7 +164,7 @@ def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: 
     gc.collect()
     gc.freeze()
     gc.disable()
-    signal.signal(signal.SIGTERM, _interrupted)  # what comes behind leaving the rig, too
+    signal.signal(signal.SIGTERM, _on_interrupt)  # what comes behind leaving the rig, too
     try:
         with rig:
             outbox.send(("ready", granted, tuple(session.channels)))
@@ -180,7 +182,7 @@ def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: 
         text = f"{type(error).__name__}: {error}"
         if not from_rig:
             outbox.send(("traceback", traceback.format_exc(limit=-FRAMES)))
-        outbox.send(("trouble", faults.failed(code, text)))
+        outbox.send(("trouble", faults.failure(code, text)))
         return 1
     if ending == ORPHANED:  # a server that was only halted hears of it later
         allowed = serve.parent_timeout
@@ -188,7 +190,7 @@ def drive(spec: Spec, opened: Opened, session: Session, shared: Shared, outbox: 
     return 0
 
 
-def _interrupted(number: int, frame: FrameType | None) -> None:
+def _on_interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 

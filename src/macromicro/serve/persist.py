@@ -148,7 +148,7 @@ def restore(
     if not why and len(others) != len(kept.others):
         why = "the saved position is that of other stages"
     for seen, (left, _) in zip(others, kept.others, strict=False):
-        why = why or _moved(seen, left)
+        why = why or _why_moved(seen, left)
     if why:
         return Restored(False, math.nan, why)
     offsets = tuple(offset for _, offset in kept.others)
@@ -175,10 +175,10 @@ def _void(kept: Kept, rig: str, count: float) -> str:
         return "a motion was interrupted when the last run ended"
     if not kept.trusted or not math.isfinite(kept.offset):
         return f"untrusted when the last run ended: {kept.why}"
-    return _moved(count, kept.encoder)
+    return _why_moved(count, kept.encoder)
 
 
-def _moved(count: float, left: float) -> str:
+def _why_moved(count: float, left: float) -> str:
     """Why the encoder's readings are no evidence, or ""."""
     if abs(count - left) <= NEAR:
         return ""

@@ -70,14 +70,14 @@ class RequestType(NamedTuple):
     def words(self, values: tuple[Any, ...], place: Place = LENGTH) -> str:
         """A motion with its target: "move to 12 mm"."""
         shown = [
-            _shown(f.unit, v, place)
+            _with_unit(f.unit, v, place)
             for f, v in zip(self.fields, values, strict=False)
             if f.unit and v is not None
         ]
         return " ".join((self.motion, *shown))
 
 
-def _shown(unit: str, value: float, place: Place) -> str:
+def _with_unit(unit: str, value: float, place: Place) -> str:
     if unit == "m":
         return f"{value * place.per:.6g} {place.unit}"
     return f"{value:.0f} counts" if unit == "counts" else f"{value:.6g} {unit}"
@@ -114,7 +114,7 @@ def of_axes(axes: tuple[str, ...]) -> dict[str, RequestType]:
     return _of(REQUESTS, axes or m.AXES)
 
 
-def streamed(axes: tuple[str, ...]) -> dict[str, RequestType]:
+def stream_requests(axes: tuple[str, ...]) -> dict[str, RequestType]:
     """The set points of a machine of these stages."""
     return _of(STREAMED, axes or m.AXES)
 
@@ -136,7 +136,7 @@ def _with_axes(kind: RequestType, axes: tuple[str, ...]) -> RequestType:
         speeds = (speed._replace(name=f"{a} velocity", key=f"{a}_velocity") for a in axes)
         return kind._replace(fields=(*places, *speeds))
     fields = tuple(
-        field._replace(choices=_named(field.choices, axes))
+        field._replace(choices=_choices_for(field.choices, axes))
         if set(m.AXES) <= set(field.choices)
         else field
         for field in kind.fields
@@ -144,14 +144,14 @@ def _with_axes(kind: RequestType, axes: tuple[str, ...]) -> RequestType:
     return kind._replace(fields=fields)
 
 
-def _named(choices: tuple[str, ...], axes: tuple[str, ...]) -> tuple[str, ...]:
+def _choices_for(choices: tuple[str, ...], axes: tuple[str, ...]) -> tuple[str, ...]:
     """Choices among stages, with these instead of `AXES`."""
     others = tuple(choice for choice in choices if choice not in (*m.AXES, m.ALL))
     return (*others, *axes, *((m.ALL,) if m.ALL in choices else ()))
 
 
 KINDS = of_axes(m.AXES)
-POINTS = streamed(m.AXES)
+POINTS = stream_requests(m.AXES)
 _EFFECTS = {each.message: each.effect or (MOVES if each.motion else "") for each in REQUESTS}
 _EFFECTS[m.LinkLost] = ENDS
 

@@ -20,7 +20,7 @@ from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.machine import KEY, Machine
 from macromicro.machines.machine import as_toml as machine_as_toml
 from macromicro.machines.period import law_columns
-from macromicro.machines.tree import joined, live_gains, with_live_gains
+from macromicro.machines.tree import live_gains, with_law, with_live_gains
 from macromicro.nominal import PERIOD
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
@@ -33,9 +33,9 @@ from macromicro.schema.text import printable, read_toml
 from macromicro.serve import telling
 from macromicro.serve._programmes import OneStage, Programmes, SeveralStages, TwoStage
 from macromicro.serve.persist import identity
-from macromicro.serve.shared import Telemetry, published
+from macromicro.serve.shared import Telemetry, telemetry_of
 from macromicro.serve.stage import guide
-from macromicro.settings import chosen
+from macromicro.settings import choose
 
 CHOICE = "service choice"
 STOP, HOLD, GO_ON = "stop", "hold", "go on"
@@ -43,7 +43,7 @@ AUTO, OFF = "auto", "off"
 LEAST_LOOKS = 5  # periods within the shortest silence or wait that means anything
 
 
-def _own(unit: str, meaning: str, **rest: Any) -> Par:
+def _server_par(unit: str, meaning: str, **rest: Any) -> Par:
     """A parameter chosen for this server."""
     return Par(unit, meaning, CHOICE, **rest)
 
@@ -53,7 +53,7 @@ class ServeSettings(NamedTuple):
 
     parent_timeout: Annotated[
         float,
-        _own(
+        _server_par(
             "s",
             "silence of the server after which the loop makes the outputs safe and ends",
             shown="ms",
@@ -63,7 +63,7 @@ class ServeSettings(NamedTuple):
     ] = 1.0
     loop_timeout: Annotated[
         float,
-        _own(
+        _server_par(
             "s",
             "time without a period after which the loop process is ended and its rig stopped",
             shown="ms",
@@ -73,7 +73,7 @@ class ServeSettings(NamedTuple):
     ] = 0.5
     client_timeout: Annotated[
         float,
-        _own(
+        _server_par(
             "s",
             "silence of the client that holds control after which it counts as lost",
             lo=0.2,
@@ -82,7 +82,7 @@ class ServeSettings(NamedTuple):
     ] = 5.0
     lost_client: Annotated[
         str,
-        _own(
+        _server_par(
             "",
             "when that client is lost: decelerate (stop) or hold the position (hold)",
             choices=(STOP, HOLD),
@@ -90,7 +90,7 @@ class ServeSettings(NamedTuple):
     ] = STOP
     reply_timeout: Annotated[
         float,
-        _own(
+        _server_par(
             "s",
             "time within which the loop must reach a request; after that it expires",
             lo=0.05,
@@ -99,7 +99,7 @@ class ServeSettings(NamedTuple):
     ] = 1.0
     miss_share: Annotated[
         float,
-        _own(
+        _server_par(
             "",
             "share of missed periods in the window above which the machine stops; 1 for never",
             positive=True,
@@ -107,25 +107,25 @@ class ServeSettings(NamedTuple):
         ),
     ] = 0.1
     miss_window: Annotated[
-        float, _own("s", "window in which missed periods are counted", lo=0.05, hi=60.0)
+        float, _server_par("s", "window in which missed periods are counted", lo=0.05, hi=60.0)
     ] = 1.0
     realtime: Annotated[
         str,
-        _own(
+        _server_par(
             "",
             "real-time priority of the loop: where permitted (auto), or never (off)",
             choices=(AUTO, OFF),
         ),
     ] = AUTO
     priority: Annotated[
-        int, _own("", "SCHED_FIFO priority of the loop, where permitted", lo=1, hi=90)
+        int, _server_par("", "SCHED_FIFO priority of the loop, where permitted", lo=1, hi=90)
     ] = 50
     core: Annotated[
-        int, _own("", "processor core that the loop is bound to; -1 for any", lo=-1, hi=4095)
+        int, _server_par("", "processor core that the loop is bound to; -1 for any", lo=-1, hi=4095)
     ] = -1
     recorder_failure: Annotated[
         str,
-        _own(
+        _server_par(
             "",
             "when the recording cannot be written: go on without it, or stop the machine",
             choices=(GO_ON, STOP),
@@ -133,7 +133,7 @@ class ServeSettings(NamedTuple):
     ] = GO_ON
     recorder_capacity: Annotated[
         float,
-        _own(
+        _server_par(
             "s",
             "time for which a recording's disk space is reserved first; doubled as needed",
             shown="min",
@@ -163,7 +163,7 @@ def problems(serve: ServeSettings, period: float) -> Iterator[rules.Problem]:
             yield f"serve.{name}", f"{1e3 * value:.4g} ms", accepted
 
 
-def kept(serve: ServeSettings, period: float, where: str) -> None:
+def require(serve: ServeSettings, period: float, where: str) -> None:
     """Raise the first of these `problems`."""
     for name, value, accepted in problems(serve, period):
         raise InputError(f"{where}, {name}", value, accepted)
@@ -223,7 +223,7 @@ class LiveSettings(NamedTuple):
 
     @property
     def telemetry(self) -> Telemetry:
-        return published((self.live.place,), law=self.law_columns)
+        return telemetry_of((self.live.place,), law=self.law_columns)
 
     @property
     def axes(self) -> tuple[tuple[str, Live], ...]:
@@ -308,7 +308,7 @@ class StageSettings(NamedTuple):
     def __reduce__(self) -> Any:
         """For the loop's process: a tree of stages has a type of its own, made from them."""
         parts = (self.model, self.described, self.tree._asdict(), self.lives, self.serve)
-        return _made, parts
+        return _make, parts
 
     @property
     def several(self) -> bool:
@@ -370,7 +370,7 @@ class StageSettings(NamedTuple):
     @property
     def telemetry(self) -> Telemetry:
         places = tuple(live.place for live in self.lives)
-        return published(places, self.stages, self.law_columns)
+        return telemetry_of(places, self.stages, self.law_columns)
 
     @property
     def homing(self) -> tuple[int, ...]:
@@ -398,7 +398,7 @@ class StageSettings(NamedTuple):
 
     def rigs(self, name: str) -> tuple[str, ...]:
         if self.several and name != TWIN:
-            return tuple(on_rig.named(name, self.stages))
+            return tuple(on_rig.rig_names(name, self.stages))
         return (name,)
 
     def place(self, rig: str) -> str:
@@ -441,7 +441,7 @@ AnySettings = LiveSettings | StageSettings
 def load(path: Path | None, law: str | None = None) -> AnySettings:
     """The settings of the machine that the file names; without a file the two-stage machine's."""
     if path is None or compositions.is_two_stage(path):
-        return chosen(LiveSettings(), path, law)
+        return choose(LiveSettings(), path, law)
     return _stages(path, law)
 
 
@@ -455,22 +455,22 @@ def _stages(path: Path, law: str | None) -> StageSettings:
     del table[KEY]
     own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
     serve = config.overridden(_Own(), own, file).serve if own else ServeSettings()
-    tree = whole.settings if law is None else joined(whole.settings, law, "--law")
+    tree = whole.settings if law is None else with_law(whole.settings, law, "--law")
     tree = config.overridden(tree, table, file) if table else tree
     if law is not None:  # the option goes before the file's word
-        tree = joined(tree, law, "--law")
+        tree = with_law(tree, law, "--law")
     machine = composite.under(whole, tree)
     if isinstance(whole, Composite):
-        _served(machine, file)
+        _require_servable(machine, file)
     trees = whole.trees(tree)
-    kept(serve, pace.period(trees[0]), file)
+    require(serve, pace.period(trees[0]), file)
     stages = zip(machine.stages, trees, strict=True)
     lives = tuple(guide.live(one, own) for (_, one), own in stages)
     model = f"{machine.name} {printable(Path(path).stem, 60)}".replace(",", " ")
     return StageSettings(model, described, whole, tree, lives, serve)
 
 
-def _made(
+def _make(
     model: str,
     described: str | dict[str, Any],
     parts: dict[str, Any],
@@ -482,7 +482,7 @@ def _made(
     return StageSettings(model, described, whole, tree, lives, serve)
 
 
-def _served(machine: Composite, file: str) -> None:
+def _require_servable(machine: Composite, file: str) -> None:
     """Refuse a machine whose stages clients cannot name, or cannot put in one unit."""
     known = [word[:4] for word in _TAKEN]
     for name in composite.names(machine):

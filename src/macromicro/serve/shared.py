@@ -88,7 +88,7 @@ class Telemetry(NamedTuple):
 
 
 @cache
-def published(
+def telemetry_of(
     places: tuple[Place, ...] = (LENGTH,),
     stages: tuple[str, ...] = (),
     law: tuple[Column, ...] = (),
@@ -106,7 +106,7 @@ def published(
     return Telemetry((*columns, *law), np.array([*scales, *[1.0] * len(law)])[:, None], stages)
 
 
-PLAIN = published()
+PLAIN = telemetry_of()
 
 # Cells, and who writes each.
 (

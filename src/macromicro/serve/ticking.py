@@ -275,7 +275,7 @@ class Loop:
         now = float(self._rig.clock.now())
         self._fault = (float(faults.LATE), share, limit, now)
         self._shared.set_status(self._status(self._machine.view(), self._views()))
-        trouble = faults.described(faults.LATE, share, limit, now)
+        trouble = faults.describe(faults.LATE, share, limit, now)
         self._report(self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False))
 
     def _show(self, sample: Sample, command: Command) -> None:

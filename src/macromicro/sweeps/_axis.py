@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.sampling import scaled
+from macromicro.sampling import scale
 from macromicro.schema.keys import only, unknown, whole
 from macromicro.schema.par import Entry
 from macromicro.schema.text import printable
@@ -36,11 +36,11 @@ class Axis(NamedTuple):
         if self.scale == "whole":
             values = self.low + np.floor(share * (self.high - self.low + 1.0))
         else:
-            values = scaled(share, self.low, self.high, log=self.scale == "log")
+            values = scale(share, self.low, self.high, log=self.scale == "log")
         return np.clip(values, self.low, self.high)
 
 
-def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
+def read_axis(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
     par = entry.par
     if not entry.number:
         raise InputError(where, printable(entry.value), "a parameter that is one number")
@@ -72,7 +72,7 @@ def _levels(raw: object, entry: Entry, where: str) -> tuple[float, ...]:
 
 def _ends(table: dict[str, Any], entry: Entry, where: str) -> tuple[float, float]:
     """The range of values; factors and shifts are of the value that the settings have."""
-    kind, low, high = ranges.read(table, entry, f"{where}.")
+    kind, low, high = ranges.read_range(table, entry, f"{where}.")
     now = entry.value
     if kind == ranges.FACTOR:
         low, high = sorted((low * now, high * now))

@@ -108,15 +108,13 @@ def compute(task: Task, part: Part) -> Block:
     """In a worker: the metrics of a part."""
     try:
         errors: dict[int, str] = {}
-        rows = _computed(_job(task), part.variants, part.first, 0, errors)
+        rows = _compute(_job(task), part.variants, part.first, 0, errors)
         return Block(rows[:, list(task.spec.columns)], errors)
     except Exception as error:  # other errors may not survive the way back
         raise SweepError(_words(error)) from None
 
 
-def _computed(
-    job: Job, variants: Variants, first: int, place: int, errors: dict[int, str]
-) -> Array:
+def _compute(job: Job, variants: Variants, first: int, place: int, errors: dict[int, str]) -> Array:
     """One evaluation; halved where it fails, so that only infeasible rows are lost."""
     count = len(variants.values)
     try:
@@ -128,7 +126,7 @@ def _computed(
     halves = ((0, count // 2), (count // 2, count))
     return np.concatenate(
         [
-            _computed(job, variants._replace(values=variants.values[a:b]), first, place + a, errors)
+            _compute(job, variants._replace(values=variants.values[a:b]), first, place + a, errors)
             for a, b in halves
         ]
     )

@@ -128,7 +128,7 @@ class Folder:
 
     def _write_study(self, facts: dict[str, Any]) -> None:
         text = json.dumps({**self._origin, **facts}, indent=2, ensure_ascii=False)
-        write_text(_fresh(self.place / STUDY), f"{text}\n")
+        write_text(_temporary(self.place / STUDY), f"{text}\n")
         _publish(self.place / STUDY)
 
     def part(self, number: int) -> Path:
@@ -169,8 +169,8 @@ class Folder:
         names = ["index", *part.variants.paths, *self._spec.metrics, "error"]
         table = pa.table(dict(zip(names, [index, *values.T, *block.rows.T, words], strict=True)))
         path = self.part(part.number)
-        pq.write_table(table, _fresh(path), use_dictionary=False, write_statistics=False)
-        _fresh(path).replace(path)  # one that a power failure damages is computed again
+        pq.write_table(table, _temporary(path), use_dictionary=False, write_statistics=False)
+        _temporary(path).replace(path)  # one that a power failure damages is computed again
 
     def write_results(self, stop: Callable[[], bool]) -> Summary | None:
         """Join the parts, in order and in bounded memory; None where `stop` ends it.
@@ -184,7 +184,7 @@ class Folder:
 
         schema = self._schema()
         step = max(1, GROUP // self.size)
-        fresh = _fresh(self.place / RESULTS)
+        fresh = _temporary(self.place / RESULTS)
         with pq.ParquetWriter(fresh, schema, compression="zstd") as writer:
             for low in range(0, self.count, step):
                 if stop():
@@ -211,13 +211,13 @@ class Folder:
         return pa.schema(fields, metadata=record)
 
 
-def _fresh(path: Path) -> Path:
+def _temporary(path: Path) -> Path:
     """Where a file is written before it gets its name."""
     return path.with_name(f".{path.name}.new")
 
 
 def _publish(path: Path) -> None:
     """Give a complete file its name, when it is on the disk."""
-    with _fresh(path).open("rb") as file:
+    with _temporary(path).open("rb") as file:
         os.fsync(file.fileno())
-    _fresh(path).replace(path)
+    _temporary(path).replace(path)

@@ -22,11 +22,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro import sampling
 from macromicro.errors import InputError, ProblemError
-from macromicro.schema.keys import found, leaves, nearest, unknown, whole
+from macromicro.schema.keys import leaves, nearest, show_value, unknown, whole
 from macromicro.schema.par import Entry
 from macromicro.schema.text import is_toml, printable, read_text, read_toml
 from macromicro.sweeps import subject
-from macromicro.sweeps._axis import Axis, read
+from macromicro.sweeps._axis import Axis, read_axis
 from macromicro.sweeps.subject import TREES, Factory
 
 if TYPE_CHECKING:
@@ -81,16 +81,16 @@ class Spec(NamedTuple):
 
 def load(path: Path, factory: Factory, law: str | None = None) -> tuple[Spec, str]:
     raw = read_toml(path, WHAT)
-    return _checked(raw, path, factory, law), read_text(path, WHAT)
+    return _check(raw, path, factory, law), read_text(path, WHAT)
 
 
-def _checked(raw: dict[str, Any], path: Path, factory: Factory, law: str | None) -> Spec:
+def _check(raw: dict[str, Any], path: Path, factory: Factory, law: str | None) -> Spec:
     file = printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
-    name, job, options, files, known = subject.read(raw, path, factory, law)
+    name, job, options, files, known = subject.read_subject(raw, path, factory, law)
     method = raw.get("method", "grid" if "samples" not in raw else None)
     if method not in METHODS:
-        raise InputError(f"{file}, method", found(method), f"one of {', '.join(METHODS)}")
+        raise InputError(f"{file}, method", show_value(method), f"one of {', '.join(METHODS)}")
     metrics = _metrics(raw.get("metrics"), job.metrics, f"{file}, metrics")
     where, grid = f"{file}, parameters", method == "grid"
     axes = tuple(_axes(raw.get("parameters"), known, job.name, where, grid=grid))
@@ -135,7 +135,7 @@ def _metrics(raw: object, known: tuple[Metric, ...], where: str) -> tuple[str, .
     if raw is None:
         return names
     if not isinstance(raw, list) or not raw:
-        raise InputError(where, found(raw), f"a list of {', '.join(names)}")
+        raise InputError(where, show_value(raw), f"a list of {', '.join(names)}")
     for name in raw:
         if name not in names:
             raise InputError(where, printable(name), nearest(str(name), names))
@@ -152,4 +152,4 @@ def _axes(
         raise InputError(where, empty, "one table [parameters.NAME] or more")
     hint = f"`macromicro sweep {job} --list` lists all"
     for path, table in leaves(raw, known, f"{where}.", hint).items():
-        yield read(table, known[path], f"{where}.{path}", grid=grid)
+        yield read_axis(table, known[path], f"{where}.{path}", grid=grid)

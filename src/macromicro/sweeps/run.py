@@ -89,7 +89,7 @@ def check(request: Request) -> Ready:
     spec, text = load(request.spec, factory(request.factory), request.law)
     job = factory(request.factory)(spec.job, **dict(spec.options))
     usual = Path("results") / request.spec.stem
-    out = runs.chosen(request.out, usual, overwrite=request.overwrite, resume=request.resume)
+    out = runs.choose_folder(request.out, usual, overwrite=request.overwrite, resume=request.resume)
     ours = provenance()
     folder = Folder(out, spec, job.metrics, ours)
     ready = Ready(request, spec, text, job.base(), ours, folder, workers, None)
@@ -107,7 +107,7 @@ def execute(
 ) -> Outcome:
     """Compute what is missing; `begin` gets the number of variants and of finished ones."""
     try:
-        with runs.held(ready.out, overwrite=True, names=FILES):
+        with runs.locked(ready.out, overwrite=True, names=FILES):
             # Another sweep may have used the folder since it was checked.
             if not ready.resumed():
                 ready.folder.begin(ready.text)
@@ -130,7 +130,7 @@ def _execute(
     before = done = variants - sum(folder.span(number)[1] for number in missing)
     begin(variants, before)
     try:
-        with closing(_computed(ready, missing, stop)) as computed:
+        with closing(_compute(ready, missing, stop)) as computed:
             for part, block in computed:
                 folder.write_part(part, block)
                 done += len(block.rows)
@@ -152,7 +152,7 @@ def _execute(
     return Outcome(done, before, seconds, summary)
 
 
-def _computed(ready: Ready, missing: Sequence[int], stop: Stop) -> Computed:
+def _compute(ready: Ready, missing: Sequence[int], stop: Stop) -> Computed:
     sampler = Sampler(ready.spec)
 
     def draw(number: int) -> Part:

@@ -43,7 +43,9 @@ class Subject(NamedTuple):
     parameters: dict[str, Entry]  # those that can be varied
 
 
-def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = None) -> Subject:
+def read_subject(
+    raw: dict[str, Any], path: Path, factory: Factory, law: str | None = None
+) -> Subject:
     file = printable(path, 300)
     name = raw.get("job")
     if not isinstance(name, str):
@@ -62,7 +64,7 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
         raise InputError(f"{file}, job", printable(name), error.accepted) from None
     known = plain_options(job)
     options = _options(raw.get("options", {}), known, f"{file}, options")
-    job = _made(factory, name, options, file)
+    job = _make_job(factory, name, options, file)
     files = _contents([("job", name), *((f"options.{key}", value) for key, value in options)])
     if "config" in raw or law is not None:
         tree = _tree(raw.get("config"), path, job, law)
@@ -70,7 +72,7 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
         files += tuple((f"config {key}", text) for key, text in sorted(changed))
         place = next(word for word in TREES if word in inspect.signature(type(job)).parameters)
         options = tuple(sorted((*options, (place, tree)), key=lambda pair: pair[0]))
-        job = _made(factory, name, options, file)
+        job = _make_job(factory, name, options, file)
     return Subject(name, job, options, (*files, *laws(job)), parameters(job))
 
 
@@ -125,7 +127,7 @@ def _contents(named: Iterable[tuple[str, Any]]) -> tuple[tuple[str, str], ...]:
     return tuple(found)
 
 
-def _made(factory: Factory, name: str, options: Options, file: str) -> Job:
+def _make_job(factory: Factory, name: str, options: Options, file: str) -> Job:
     """The job; errors in its options name the file."""
     try:
         return factory(name, **dict(options))

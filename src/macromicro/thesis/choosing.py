@@ -25,12 +25,12 @@ def choose(names: Sequence[str], procedures: Sequence[Procedure]) -> list[Chosen
     """
     if not names:
         return [Chosen(p) for p in procedures]
-    found = [chosen for name in names for chosen in _found(name.strip(), procedures)]
-    merged = [_merged([c for c in found if c.procedure is p]) for p in procedures]
+    found = [chosen for name in names for chosen in _find(name.strip(), procedures)]
+    merged = [_merge([c for c in found if c.procedure is p]) for p in procedures]
     return [chosen for chosen in merged if chosen is not None]
 
 
-def _merged(chosen: Sequence[Chosen]) -> Chosen | None:
+def _merge(chosen: Sequence[Chosen]) -> Chosen | None:
     """Selections of one procedure as one."""
     whole = [c for c in chosen if c.ids is None]
     if whole or not chosen:
@@ -40,7 +40,7 @@ def _merged(chosen: Sequence[Chosen]) -> Chosen | None:
     return Chosen(chosen[0].procedure, frozenset().union(*ids), frozenset().union(*figures))
 
 
-def _found(name: str, procedures: Sequence[Procedure]) -> list[Chosen]:
+def _find(name: str, procedures: Sequence[Procedure]) -> list[Chosen]:
     """What one name selects."""
     low, none = name.lower(), frozenset[str]()
     for p in procedures:
@@ -62,11 +62,11 @@ def _found(name: str, procedures: Sequence[Procedure]) -> list[Chosen]:
         if number not in EQUATIONS:
             accepted = "an equation of the thesis: " + ", ".join(f"({n})" for n in EQUATIONS)
             raise InputError("--only", f"({printable(number)})", accepted)
-        return [chosen for each in EQUATIONS[number] for chosen in _found(each, procedures)]
+        return [chosen for each in EQUATIONS[number] for chosen in _find(each, procedures)]
     found = [] if figure else [Chosen(p) for p in procedures if _within(name, p.sections)]
     if found:
         return found
-    raise InputError("--only", printable(name), _accepted(procedures))
+    raise InputError("--only", printable(name), _accepted_names(procedures))
 
 
 def _within(name: str, sections: Sequence[str]) -> bool:
@@ -79,7 +79,7 @@ def _within(name: str, sections: Sequence[str]) -> bool:
     return any(s == wanted or s.startswith(f"{wanted}.") for s in sections)
 
 
-def _accepted(procedures: Sequence[Procedure]) -> str:
+def _accepted_names(procedures: Sequence[Procedure]) -> str:
     names = ", ".join(p.name for p in procedures)
     return (
         "a claim (M1), a figure or table (Figure 4.8, Table 2.1), a section (4.2, Appendix D) "

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro.drawing.captions import worded
+from macromicro.drawing.captions import fill_words
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recording import Recording
 
@@ -71,7 +71,7 @@ def measured_by(procedure: str) -> tuple[str, ...]:
     return tuple(s.id for s in STATEMENTS.values() if s.procedure == procedure)
 
 
-def printed(name: str) -> float:
+def printed_value(name: str) -> float:
     value = STATEMENTS[name].printed
     assert isinstance(value, float), name
     return value
@@ -102,7 +102,7 @@ def within(name: str, *values: float) -> str:
     return _holds(accepts(name, *values))
 
 
-def reached(name: str, value: float) -> str:
+def judge_time(name: str, value: float) -> str:
     """As `within`, for a time until an event; NaN in a complete run means never, and differs."""
     return DIFFERS if math.isnan(value) else within(name, value)
 
@@ -111,7 +111,7 @@ def _holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
-def stated(
+def state(
     name: str,
     measured: Number,
     verdict: str | bool | None = None,
@@ -130,11 +130,11 @@ def stated(
     elif not isinstance(verdict, str):
         verdict = _holds(verdict)
     reason = REASONS[name]
-    text = worded(reason if isinstance(reason, str) else reason[wording], **values)
+    text = fill_words(reason if isinstance(reason, str) else reason[wording], **values)
     return STATEMENTS[name]._replace(measured=measured, verdict=verdict, reason=text)
 
 
-def lost(name: str, reason: str) -> Claim:
+def unmeasured(name: str, reason: str) -> Claim:
     """The claim `name`, not measured; an unknown one has no words and no kind."""
     unknown = Claim(name, "", "Not measured", kind="")
     return STATEMENTS.get(name, unknown)._replace(reason=reason)
@@ -148,7 +148,7 @@ def in_order(claims: Iterable[Claim]) -> list[Claim]:
 Rule = Callable[[], Claim | Sequence[Claim]]
 
 
-def judged(rules: Sequence[tuple[str | tuple[str, ...], Rule]]) -> list[Claim]:
+def judge(rules: Sequence[tuple[str | tuple[str, ...], Rule]]) -> list[Claim]:
     """The claims of all rules, in order.
 
     A rule that raises loses only its own claims, with the exception as the reason.
@@ -159,7 +159,7 @@ def judged(rules: Sequence[tuple[str | tuple[str, ...], Rule]]) -> list[Claim]:
         try:
             made = rule()
         except Exception as error:
-            found += [lost(name, why(error)) for name in names]
+            found += [unmeasured(name, why(error)) for name in names]
         else:
             found += [made] if isinstance(made, Claim) else made
     return found

@@ -41,9 +41,7 @@ class Procedure(NamedTuple):
     megabytes: int = 50  # at most, on the disk
 
 
-def joined(
-    runs: Sequence[Recording], attributes: Mapping[str, Attribute] | None = None
-) -> Recording:
+def join(runs: Sequence[Recording], attributes: Mapping[str, Attribute] | None = None) -> Recording:
     """Recordings of the same columns and sample time as one, with the column `run`."""
     columns = (*runs[0].columns, RUN)
     shown = [c for c in columns if c is RUN or not c.name.startswith("true_")]
@@ -57,14 +55,14 @@ def _dead_zone(lab: Lab) -> Recordings:
 
     low, high = friction.TRAVEL
     ends: dict[str, Attribute] = {"travel_low": low, "travel_high": high, **_about(lab)}
-    return {"dead-zone": joined(friction.probing_runs(lab.bench()), ends)}
+    return {"dead-zone": join(friction.probing_runs(lab.bench()), ends)}
 
 
 def _macro_steps(lab: Lab) -> Recordings:
     from macromicro.thesis.chapter4 import identification
 
     found = identification.step_runs(lab.bench(), lab.seed)
-    return {f"steps-{volts:g}V": joined(runs, _about(lab)) for volts, runs in found.items()}
+    return {f"steps-{volts:g}V": join(runs, _about(lab)) for volts, runs in found.items()}
 
 
 def _drive(lab: Lab) -> Recordings:
@@ -73,7 +71,7 @@ def _drive(lab: Lab) -> Recordings:
     about = _about(lab)
     if not lab.rigs:
         about["delay"] = 1  # the twin's D/A board latches a voltage one period late
-    return {"drive": joined([friction.pulsed(lab.bench())], about)}
+    return {"drive": join([friction.pulse(lab.bench())], about)}
 
 
 def _carriage(lab: Lab) -> Recordings:
@@ -82,9 +80,9 @@ def _carriage(lab: Lab) -> Recordings:
     bench = lab.bench()
     volts = np.concatenate([strokes.efforts(_FULL), strokes.nudges(_FULL)])
     runs = [
-        strokes.stroked(bench, volts, start, lab.seed + k) for k, start in enumerate(_STROKES_FROM)
+        strokes.stroke(bench, volts, start, lab.seed + k) for k, start in enumerate(_STROKES_FROM)
     ]
-    return {"carriage": joined(runs, _about(lab))}
+    return {"carriage": join(runs, _about(lab))}
 
 
 def _kiln(lab: Lab) -> Recordings:
@@ -93,7 +91,7 @@ def _kiln(lab: Lab) -> Recordings:
     found = kiln_runs.collect(lab.kiln(), lab.seed)
     tests = {f"test-{k}": run for k, run in enumerate(found.tests, 1)}
     return {
-        name: joined([run], _about(lab)) for name, run in {"cycles": found.curves, **tests}.items()
+        name: join([run], _about(lab)) for name, run in {"cycles": found.curves, **tests}.items()
     }
 
 
@@ -101,8 +99,8 @@ def _electrothermal(lab: Lab) -> Recordings:
     from macromicro.thesis.chapter5 import _electrothermal_runs
 
     found = _electrothermal_runs.collect(lab.bench(), lab.seed)
-    made = {f"step-{v:g}V": joined(runs, _about(lab)) for v, runs in found.steps.items()}
-    return made | {f"cooling-{v:g}V": joined(r, _about(lab)) for v, r in found.cooled.items()}
+    made = {f"step-{v:g}V": join(runs, _about(lab)) for v, runs in found.steps.items()}
+    return made | {f"cooling-{v:g}V": join(r, _about(lab)) for v, r in found.cooled.items()}
 
 
 def _actuator(lab: Lab) -> Recordings:
@@ -111,24 +109,24 @@ def _actuator(lab: Lab) -> Recordings:
     runs = list(heats.records(lab.bench(), lab.seed))
     quick = min(r.dt for r in runs)
     return {
-        name: joined([r for r in runs if (r.dt == quick) == (name == "quick")], _about(lab))
+        name: join([r for r in runs if (r.dt == quick) == (name == "quick")], _about(lab))
         for name in ("held", "quick")
     }
 
 
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
-    from macromicro.recorded import named
+    from macromicro.recorded import columns_named
     from macromicro.thesis.chapter3 import hall_calibration
 
-    columns = named("t", "hall_voltage", "laser")
+    columns = columns_named("t", "hall_voltage", "laser")
     runs = [
         Recording.from_arrays(
             columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e6], hall_table.DT, {}
         )
         for v, x in hall_calibration.ramps(lab.bench(), lab.seed)
     ]
-    return {"hall": joined(runs, _about(lab))}
+    return {"hall": join(runs, _about(lab))}
 
 
 def _about(lab: Lab) -> dict[str, Attribute]:
@@ -163,7 +161,7 @@ def find(name: str) -> Procedure:
     return found
 
 
-def checked(found: Any, name: str) -> Recordings:
+def check(found: Any, name: str) -> Recordings:
     where, remedy = f"procedure {printable(name)}", "Give one recording or more, by file name."
     if not isinstance(found, dict) or not found:
         raise ProblemError(where, f"it gave {printable(found)}", remedy)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro.conformance import performed
+from macromicro.conformance import perform
 from macromicro.control.outside import FINE, SHIPPED
 from macromicro.errors import MacromicroError, ProblemError
 from macromicro.identify.kinds import from_files
@@ -102,14 +102,14 @@ def commission(
         said = _directions(_bench(lab))
         write_text(out / DIRECTIONS, json.dumps(said, indent=2) + "\n")
         done("directions")
-    found = {part.name: _done(lab, part, out / STEPS, ask, done) for part in wanted}
+    found = {part.name: _compute_once(lab, part, out / STEPS, ask, done) for part in wanted}
     tree = machine(lab.settings, [out / STEPS / p.name / "model" / MODEL for p in wanted])
     chosen = ("controller.macro_law", "controller.micro_law")
     head = "# The two-stage machine as commissioned: macromicro run --config machine.toml\n\n"
     toml = head + config.changed_toml(tree, Settings(), chosen)
     write_text(out / MACHINE, toml)
     ask(VERIFICATION, f"the programme {PROGRAMME}, by the laws {MACRO_LAW} and {_micro(tree)}")
-    ended = _verified(lab, out)
+    ended = _verify(lab, out)
     done(VERIFICATION)
     doubts = [f"{name}: {text}" for name, one in found.items() for text in one["warnings"]]
     if len(wanted) == 1:
@@ -163,42 +163,42 @@ def _directions(rig: Fixture) -> list[str]:
         with rig.open() as session:
             there = contract.stroke(rig, session, volts)
             back = contract.stroke(rig, session, -volts)
-        ways = performed(contract.DIRECTION, rig, volts, there, back)
+        ways = perform(contract.DIRECTION, rig, volts, there, back)
         found = next(ways)
         if found.passed or there.moved < 0.0 < back.moved:
             break
-    for one in (found, *performed(contract.HEAT, rig, _HEAT)):
+    for one in (found, *perform(contract.HEAT, rig, _HEAT)):
         if not one.passed:
             raise MacromicroError(f"{one.what}: {one.found}; {one.remedy}")
         said.append(f"{one.what}: {one.found}")
     return said
 
 
-def _done(
+def _compute_once(
     lab: Lab, part: Part, every: Path, ask: Callable[[str, str], None], done: Callable[[str], None]
 ) -> Mapping[str, Any]:
     """A part's result, computed if it is not there yet."""
     place, procedure = every / part.name, collecting.find(part.name)
     if not list(place.glob(part.files)):
         ask(part.name, f"{procedure.gives}; {procedure.needs}")
-        recordings = collecting.checked(procedure.collect(lab), part.name)
-        with folder.staged(place) as stage:
+        recordings = collecting.check(procedure.collect(lab), part.name)
+        with folder.staging(place) as stage:
             for name, recording in recordings.items():
                 recording.save(stage / f"{name}.h5")
     if not (place / "model" / RESULT).exists():
         result = from_files(part.kind, sorted(place.glob(part.files)), **part.options(every))
-        with folder.staged(place / "model") as stage:
+        with folder.staging(place / "model") as stage:
             result.save(stage)
         done(part.name)
     found: Mapping[str, Any] = json.loads((place / "model" / RESULT).read_text(encoding="utf-8"))
     return found
 
 
-def _verified(lab: Lab, out: Path) -> job.Ended:
+def _verify(lab: Lab, out: Path) -> job.Ended:
     rig = lab.rig(BENCH).name if lab.rigs else TWIN
     request = job.Request(
         PROGRAMME, out / VERIFICATION, out / MACHINE, seed=lab.seed, overwrite=True, rig=rig
     )
     checked = job.check(request)
-    with folder.held(checked.out, overwrite=True):
+    with folder.locked(checked.out, overwrite=True):
         return job.execute(checked)

@@ -10,7 +10,7 @@ from typing import Any
 
 import macromicro
 from macromicro.commission.report import JSON, PAGE, TEMPLATE
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import Picture, fill
 from macromicro.identify.clusters import within
 from macromicro.identify.result import rounded
 from macromicro.report import write as run_report
@@ -27,8 +27,8 @@ _NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verifi
 
 
 def write(found: Commissioned, name: str, started: str) -> None:
-    run_report.write(found.ended, run_report.reported(found.ended, started))
-    text = filled(
+    run_report.write(found.ended, run_report.run_report(found.ended, started))
+    text = fill(
         TEMPLATE,
         name=name,
         started=started,
@@ -52,7 +52,7 @@ def write(found: Commissioned, name: str, started: str) -> None:
         "doubts": found.doubts,
         "verification": {"met": found.met, "why": found.why, "moves": _moves(found)},
     }
-    with folder.staged(found.out) as stage:
+    with folder.staging(found.out) as stage:
         write_text(stage / PAGE, text)
         content = json.dumps(plain(what), indent=2, allow_nan=False)
         write_text(stage / JSON, content + "\n")

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from macromicro.drawing.captions import captions, worded
+from macromicro.drawing.captions import captions, fill_words
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.thesis.claims import Claim, measured_by
 from macromicro.thesis.procedure import Procedure
@@ -25,13 +25,13 @@ _FIGURES = tomllib.loads(_DRAWINGS.read_text(encoding="utf-8"))
 CAPTIONS = captions(_DRAWINGS)
 
 
-def captioned(number: str, body: Figure | Grid, /, **values: object) -> Drawn:
+def caption(number: str, body: Figure | Grid, /, **values: object) -> Drawn:
     """The figure or table of a number, with its caption; KeyError for an unknown one.
 
     `values` fill the placeholders of the caption.
     """
     title, caption, claims = CAPTIONS[number]
-    return Drawn(title, worded(caption, **values), body, claims)
+    return Drawn(title, fill_words(caption, **values), body, claims)
 
 
 def _no_claims(data: Any) -> list[Claim]:

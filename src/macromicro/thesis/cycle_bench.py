@@ -49,7 +49,7 @@ OWN_SOURCES = {
 }
 
 
-def beside(bench: Bench) -> CycleBench:
+def with_bench(bench: Bench) -> CycleBench:
     """The fixture with the actuator, driver and spring of a bench; `OWN_SOURCES` stay its own."""
     own = CycleBench()
     return CycleBench(

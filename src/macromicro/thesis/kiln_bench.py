@@ -71,7 +71,7 @@ class KilnBench(NamedTuple):
 OWN_SOURCES = {"encoder.pitch": "Section 5.2.1"}
 
 
-def beside(bench: Bench) -> KilnBench:
+def with_bench(bench: Bench) -> KilnBench:
     """The kiln in the room of a bench, with that bench's wires in it."""
     own = KilnBench()
     oven = own.oven._replace(ambient=bench.thermal.ambient)

@@ -73,7 +73,7 @@ class Lab(NamedTuple):
 
         if self.rigs:
             return self.rig("kiln")
-        return kiln_bench.prepare(kiln_bench.beside(self.settings.bench))
+        return kiln_bench.prepare(kiln_bench.with_bench(self.settings.bench))
 
     def cycle(self) -> CycleBed:
         """The cycle bench of Appendix D, with the bench's actuator on it.
@@ -87,7 +87,7 @@ class Lab(NamedTuple):
 
         if self.rigs:
             return self.rig("cycle")
-        return cycle_bench.prepare(cycle_bench.beside(self.settings.bench))
+        return cycle_bench.prepare(cycle_bench.with_bench(self.settings.bench))
 
     def runner(self) -> Runner:
         """What runs programmes on the two-stage bench.

@@ -9,11 +9,11 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, NamedTuple
 
-from macromicro.drawing.exhibit import Exhibit, label, rendered
+from macromicro.drawing.exhibit import Exhibit, label, render
 from macromicro.extras import MissingPackageError
 from macromicro.schema.text import plain
 from macromicro.sweeps.processes import processes, submit
-from macromicro.thesis.claims import Claim, in_order, lost
+from macromicro.thesis.claims import Claim, in_order, unmeasured
 from macromicro.thesis.procedure import Lab, Procedure
 
 _SHOWN = ("of", "basis", "rule", "measured", "unit", "verdict", "reason", "kind")
@@ -45,15 +45,15 @@ def run_one(procedure: Procedure, lab: Lab) -> Result:
         data = procedure.collect(lab)
         claims = procedure.claims(data)
     except Exception as error:
-        return failed(procedure, _said(error), traceback.format_exc(), began)
-    exhibits, notes, traces = _drawn(procedure, data, lab.figures)
+        return failure(procedure, _describe(error), traceback.format_exc(), began)
+    exhibits, notes, traces = _draw(procedure, data, lab.figures)
     seconds = time.perf_counter() - began
     return Result(
         procedure.name, claims, exhibits, seconds, trace="\n".join(traces), notes=tuple(notes)
     )
 
 
-def _drawn(
+def _draw(
     procedure: Procedure, data: Any, kinds: tuple[str, ...]
 ) -> tuple[list[Exhibit], list[str], list[str]]:
     """All exhibits of a procedure in the declared order; a note and a trace of each that fails."""
@@ -63,26 +63,26 @@ def _drawn(
     for number in (*procedure.figures, *procedure.diagrams):
         try:
             draw = procedure.figures.get(number)
-            drawn = diagrams.drawn(number) if draw is None else draw(data)
-            exhibits.append(rendered(number, drawn, kinds))
+            drawn = diagrams.draw(number) if draw is None else draw(data)
+            exhibits.append(render(number, drawn, kinds))
         except MissingPackageError:  # without matplotlib: tables and diagrams alone
             continue
         except Exception as error:
-            notes.append(f"{label(number)} was not drawn: {_said(error)}")
+            notes.append(f"{label(number)} was not drawn: {_describe(error)}")
             traces.append("".join(traceback.format_exception(error)))
     return exhibits, notes, traces
 
 
-def _said(error: BaseException) -> str:
+def _describe(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".removesuffix(": ")
 
 
-def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
+def failure(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
     """The result of a failed procedure: its claims, not measured, except arithmetic ones."""
     seconds = 0.0 if began is None else time.perf_counter() - began
     known = {} if procedure.arithmetic is None else {c.id: c for c in procedure.arithmetic()}
     reason = f"the procedure {procedure.name} failed: {why}"
-    claims = [known.get(name) or lost(name, reason) for name in procedure.ids]
+    claims = [known.get(name) or unmeasured(name, reason) for name in procedure.ids]
     return Result(procedure.name, claims, [], seconds, why, trace)
 
 
@@ -105,7 +105,7 @@ def run(
         found[result.name] = result
         if progress is not None:
             progress(result, _seconds(order, result.name))
-    return [narrowed(c, found[c.procedure.name]) for c in chosen]
+    return [narrow(c, found[c.procedure.name]) for c in chosen]
 
 
 def _seconds(chosen: Sequence[Chosen], name: str) -> float:
@@ -121,20 +121,20 @@ def _first(
     guilty procedure is lost. On a real rig nothing is repeated: its state is not known.
     """
     alone: list[Procedure] = []
-    for procedure, result in _pooled([c.procedure for c in order], lab, jobs, stopped):
+    for procedure, result in _run_pool([c.procedure for c in order], lab, jobs, stopped):
         if result is None:
             alone.append(procedure)
         else:
             yield result
     for procedure in alone:
         if lab.rigs:
-            yield failed(procedure, "its process died")
+            yield failure(procedure, "its process died")
             continue
-        for _, result in _pooled([procedure], lab, 1, stopped):
-            yield result or failed(procedure, "its process died")
+        for _, result in _run_pool([procedure], lab, 1, stopped):
+            yield result or failure(procedure, "its process died")
 
 
-def _pooled(
+def _run_pool(
     procedures: Sequence[Procedure], lab: Lab, jobs: int, stopped: Callable[[], bool]
 ) -> Iterator[tuple[Procedure, Result | None]]:
     """Each procedure with its result, None where the pool broke before it ended."""
@@ -149,7 +149,7 @@ def _pooled(
             done, _ = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
             if stopped():
                 for procedure in pending.values():
-                    yield procedure, failed(procedure, INTERRUPTED)
+                    yield procedure, failure(procedure, INTERRUPTED)
                 return
             for future in done:
                 yield pending.pop(future), _outcome(future)
@@ -162,7 +162,7 @@ def _outcome(future: Future[Result]) -> Result | None:
         return None
 
 
-def narrowed(chosen: Chosen, result: Result) -> Result:
+def narrow(chosen: Chosen, result: Result) -> Result:
     """Only the selection: a claim with its exhibits, or an exhibit with its claims."""
     if chosen.ids is None and chosen.figures is None:
         return result

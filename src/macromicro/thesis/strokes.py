@@ -12,10 +12,10 @@ from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.lab.drive import drive, recorded
 from macromicro.lab.machine import Machine
-from macromicro.recorded import named
+from macromicro.recorded import columns_named
 from macromicro.recording import Recording
 
-COLUMNS: tuple[Column, ...] = named("t", "macro_position", "motor", "laser")
+COLUMNS: tuple[Column, ...] = columns_named("t", "macro_position", "motor", "laser")
 WHAT = "strokes of the macro-stage"
 # Share of the full effort, and its length in ms.
 PULSES = (
@@ -45,7 +45,7 @@ def nudges(full: float) -> Array:
     return np.concatenate([rest, *parts, rest])
 
 
-def stroked(machine: Machine, volts: Array, start: float, seed: int = 0) -> Recording:
+def stroke(machine: Machine, volts: Array, start: float, seed: int = 0) -> Recording:
     """The carriage in open loop from `start` [counts], with the laser where there is one."""
     cold = np.zeros_like(volts)
     found = drive(machine, WHAT, ("encoder",), cold, motor=volts, start=start, seed=seed)

@@ -22,7 +22,7 @@ RESPONSE, BODE = "response", "bode"
 _STYLES = ((RED, BEFORE, "--"), (BLUE, AFTER, "-"))
 
 
-def drawn(found: Tuning) -> Iterator[PageFigure]:
+def draw(found: Tuning) -> Iterator[PageFigure]:
     caption = "The machine itself, with the gains before and with the best."
     yield PageFigure(RESPONSE, "Before and after", caption, _response(found))
     before, after = (found.subject.bodes(v.settings) for v in (found.first, found.best))

@@ -165,7 +165,7 @@ class Macro(_Bench):
 
     def run(self, settings: Settings, seed: int) -> Figures:
         law, seen = macro_bench.run(settings, STEP, round(SECONDS / PERIOD))
-        values = macro_bench.judged(law, STEP, seen[0], seen[1])
+        values = macro_bench.judge(law, STEP, seen[0], seen[1])
         return dict(zip((m.name for m in self.metrics), values, strict=True))
 
     def doubts(self, settings: Settings, found: Figures) -> tuple[str, ...]:

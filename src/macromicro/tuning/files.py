@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled, saved
+from macromicro.drawing.page import Picture, fill, save_figures
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain, printable, write_text
@@ -43,10 +43,10 @@ def summarise(found: Tuning) -> Report:
 
 def write(out: Path, report: Report, kinds: Sequence[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier tuning there is replaced."""
-    with folder.staged(out, remove=FILES) as place:
+    with folder.staging(out, remove=FILES) as place:
         write_text(place / SETTINGS, as_toml(report))
         write_text(place / NUMBERS, as_json(report))
-        shown = saved(_pictures.drawn(report.found), place, kinds)
+        shown = save_figures(_pictures.draw(report.found), place, kinds)
         write_text(place / PAGE, page(report, shown))
 
 
@@ -96,14 +96,14 @@ def _content(report: Report) -> dict[str, Any]:
             "draws": found.amounts.tolist(),
             "cost": {version.name: version.cost for version in found.versions},
         },
-        "fresh": None if found.fresh is None else _fresh(found.fresh),
+        "fresh": None if found.fresh is None else _fresh_values(found.fresh),
         "rejected": found.rejected,
         "history": found.history,
         "overrides": config.difference(found.best.settings, subject.default),
     }
 
 
-def _fresh(fresh: Fresh) -> dict[str, Any]:
+def _fresh_values(fresh: Fresh) -> dict[str, Any]:
     return {
         "count": len(fresh.amounts),
         "draws": fresh.amounts.tolist(),
@@ -114,7 +114,7 @@ def _fresh(fresh: Fresh) -> dict[str, Any]:
 
 def page(report: Report, pictures: Sequence[Picture]) -> str:
     found = report.found
-    return filled(
+    return fill(
         _TEMPLATE,
         subject=found.subject,
         objective=found.objective,

@@ -132,6 +132,6 @@ class Joint(Planned):
         for k, trace in enumerate(self.plan.traces):
             part = results.under_way(r, self.plan, k)
             if trace.pieces and part.stop > part.start:
-                x, y = (1e-3 * results.known(r[f"{n}_position"][part]) for n in "xy")
-                found[part] = 1e6 * contour.off(trace, x, y).distance
+                x, y = (1e-3 * results.fill_gaps(r[f"{n}_position"][part]) for n in "xy")
+                found[part] = 1e6 * contour.contour_error(trace, x, y).distance
         return found

@@ -14,7 +14,7 @@ from macromicro.machines.composite import Composite
 from macromicro.schema import config, keys
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
-from macromicro.settings import chosen as bench_settings
+from macromicro.settings import choose as bench_settings
 from macromicro.tuning import gains, search
 from macromicro.tuning.bench import Macro, Micro
 from macromicro.tuning.joint import Joint
@@ -81,7 +81,7 @@ def _subject(request: Request) -> Subject:
     machine, own = compositions.with_settings(path, request.law, request.settings)
     where = printable(path, 300)
     doubts.refuse(own, where, "tune")
-    plan = programmes.plan(machine, own, programmes.chosen(machine, own))
+    plan = programmes.plan(machine, own, programmes.choose(machine, own))
     known = {machine.name}
     if not isinstance(machine, Composite):
         known |= {machine.kind.name}

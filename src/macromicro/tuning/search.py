@@ -149,7 +149,7 @@ def search(
         further = [(ALONE, alone), *subject.further(alone)]
         versions += [judge.version(each, settings) for each, settings in further]
     begin = min(versions, key=lambda version: version.cost)
-    last, counts = _evolved(judge, begin, share, budget.seed, _after(progress, spent))
+    last, counts = _evolve(judge, begin, share, budget.seed, _after(progress, spent))
     versions.append(last)
     found_last = Tuning(
         subject, objective, weights, budget, amounts, tuple(versions), spent + counts.evaluations,
@@ -157,7 +157,7 @@ def search(
     )  # fmt: skip
     if not budget.fresh:
         return found_last
-    return found_last._replace(fresh=_fresh(found_last))
+    return found_last._replace(fresh=_try_fresh(found_last))
 
 
 def _after(progress: Progress, spent: int) -> Progress:
@@ -179,7 +179,7 @@ class _Counts(NamedTuple):
     rejected: int
 
 
-def _evolved(
+def _evolve(
     judge: _Judge, begin: Version, evaluations: int, seed: int, progress: Progress
 ) -> tuple[Version, _Counts]:
     """The best gains about a version, or those of the version itself."""
@@ -214,7 +214,7 @@ def _evolved(
     return last, _Counts(found.evaluations, found.history, rejected)
 
 
-def _fresh(found: Tuning) -> Fresh:
+def _try_fresh(found: Tuning) -> Fresh:
     """The first gains and the best on machines that the search has not seen."""
     budget = found.budget
     amounts, drawn = draw(found.subject, budget.fresh, (budget.seed, FRESH))

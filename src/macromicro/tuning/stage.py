@@ -91,7 +91,7 @@ def objectives(settings: Any, place: places.Place) -> tuple[Objective, ...]:
     )
 
 
-def searched(machine: Machine, settings: Any) -> tuple[str, ...]:
+def searched_gains(machine: Machine, settings: Any) -> tuple[str, ...]:
     """Paths of the gains that are searched."""
     if machine.law.name in KNOBS:
         return KNOBS[machine.law.name]
@@ -139,7 +139,7 @@ class Planned(Subject):
         return self.setup.uncertain()
 
     def under(self, settings: Any, other: Any) -> Any:
-        return stages.kept(self.kind, settings, other)
+        return stages.keep_settings(self.kind, settings, other)
 
     def allowed(self, settings: Any) -> bool:
         return not any(own.together() for own in self.kind.trees(settings))
@@ -163,7 +163,7 @@ class Stage(Planned):
     ) -> None:
         super().__init__(machine, settings, plan)
         self.check, self.law, self.place = check, machine.law.name, machine.kind.place
-        self.paths = searched(machine, settings)
+        self.paths = searched_gains(machine, settings)
         self.objectives = objectives(settings, self.place)
 
     def allowed(self, settings: Any) -> bool:

@@ -13,7 +13,7 @@ from macromicro.batch import Metric
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines.loops import Complex
 from macromicro.runs.trials import trials
-from macromicro.sampling import scaled
+from macromicro.sampling import scale
 from macromicro.schema.par import Entry, entries
 from macromicro.schema.text import printable
 from macromicro.uncertainty.table import Uncertain
@@ -37,7 +37,7 @@ class Knob(NamedTuple):
 
     def at(self, share: float) -> float:
         """The value at a place from 0 to 1."""
-        return float(scaled(np.array(share), self.low, self.high, log=self.log))
+        return float(scale(np.array(share), self.low, self.high, log=self.log))
 
     @property
     def share(self) -> float:

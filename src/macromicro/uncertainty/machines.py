@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.sampling import latin, scaled
+from macromicro.sampling import latin, scale
 from macromicro.schema import config, keys
 from macromicro.schema.par import changed, entries, value_at
 from macromicro.settings import Settings
@@ -63,7 +63,7 @@ def refusal(tree: Settings, uncertain: Sequence[Uncertain]) -> str | None:
     return None
 
 
-def counted(samples: int) -> int:
+def check_count(samples: int) -> int:
     return keys.whole(samples, LEAST, MOST, "--samples")
 
 
@@ -81,7 +81,7 @@ def draw(
         if not missing:
             break
         shares = latin(len(uncertain), missing, (*stream, again) if again else seed)
-        drawn = [scaled(shares[:, k], u.low, u.high) for k, u in enumerate(uncertain)]
+        drawn = [scale(shares[:, k], u.low, u.high) for k, u in enumerate(uncertain)]
         for amounts in np.stack(drawn, axis=1):
             why = refusal(settings_at(base, uncertain, amounts), uncertain)
             if why is None:

@@ -23,7 +23,7 @@ def amount(entry: Entry, kind: str) -> Entry:
     return Entry(entry.path, Par(unit, kind), 1.0)
 
 
-def read(table: dict[str, Any], entry: Entry, where: str) -> tuple[str, float, float]:
+def read_range(table: dict[str, Any], entry: Entry, where: str) -> tuple[str, float, float]:
     """The keys kind, low and high, in the stored unit; `where` ends before a key's name."""
     kind = table.get("kind", VALUE)
     if kind not in KINDS:

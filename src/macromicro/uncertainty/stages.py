@@ -10,7 +10,7 @@ from macromicro.machines.joint.settings import NOTHING
 from macromicro.machines.machine import Machine
 from macromicro.machines.tree import OWN
 from macromicro.schema.par import value_at
-from macromicro.uncertainty.table import Uncertain, read
+from macromicro.uncertainty.table import Uncertain, read_table
 
 KEPT = ("controller", OWN, "guard", "motion", "arrival", "travel")
 
@@ -27,7 +27,7 @@ def uncertain(machine: AnyMachine, settings: Any) -> tuple[Uncertain, ...]:
             rows.append(row._replace(name=f"{name}_{row.name}", parts=parts, meaning=meaning))
     stack = getattr(settings, "stack", None)
     alone = stack is not None and stack.carries == NOTHING
-    shared = () if machine.spread is None else read(machine.spread, settings)
+    shared = () if machine.spread is None else read_table(machine.spread, settings)
     return (*rows, *(row for row in shared if not (alone and row.name == "body")))
 
 
@@ -37,11 +37,11 @@ def _of_stage(machine: Machine, settings: Any) -> tuple[Uncertain, ...]:
             "--config",
             f"the machine {machine.name} has no table of uncertain parameters (`spread`)",
         )
-    rows = read(machine.spread, settings)
+    rows = read_table(machine.spread, settings)
     return tuple(r for r in rows if any(value_at(settings, path) != 0.0 for path, _ in r.parts))
 
 
-def kept(machine: AnyMachine, settings: Any, drawn: Any) -> Any:
+def keep_settings(machine: AnyMachine, settings: Any, drawn: Any) -> Any:
     """A drawn machine under the law, guard, motion and arrival of the settings."""
     pairs = zip(machine.trees(settings), machine.trees(drawn), strict=True)
     trees = [tree._replace(**{k: getattr(own, k) for k in KEPT}) for own, tree in pairs]

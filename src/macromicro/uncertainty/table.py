@@ -29,7 +29,7 @@ class Uncertain(NamedTuple):
     source: str
 
 
-def read(path: Path, settings: Any) -> tuple[Uncertain, ...]:
+def read_table(path: Path, settings: Any) -> tuple[Uncertain, ...]:
     """The rows of a table for the parameters of these settings."""
     file, known = printable(path, 300), {e.path: e for e in entries(settings)}
     rows = read_toml(path, "a table of uncertain quantities (.toml)").get("quantity")
@@ -66,7 +66,7 @@ def _row(given: Any, known: dict[str, Entry], row: str) -> Uncertain:
             numbers = [name for name, entry in known.items() if entry.number]
             raise InputError(f"{where}paths", printable(path), nearest(path, numbers))
     first = known[paths[0]]
-    kind, low, high = ranges.read(given, first, where)
+    kind, low, high = ranges.read_range(given, first, where)
     unit = ranges.amount(first, kind).par.unit
     return Uncertain(
         text("name"),
@@ -82,9 +82,9 @@ def _row(given: Any, known: dict[str, Entry], row: str) -> Uncertain:
 
 
 _KEYS = ("name", "stage", "paths", "weights", "kind", "low", "high", "meaning", "source")
-UNCERTAIN: tuple[Uncertain, ...] = read(Path(__file__).with_name("table.toml"), Settings())
+UNCERTAIN: tuple[Uncertain, ...] = read_table(Path(__file__).with_name("table.toml"), Settings())
 # In what a bench may differ from every model: none of it at the settings' defaults.
-VARIANTS: tuple[Uncertain, ...] = read(Path(__file__).with_name("variants.toml"), Settings())
+VARIANTS: tuple[Uncertain, ...] = read_table(Path(__file__).with_name("variants.toml"), Settings())
 
 
 def of_stage(stage: str) -> tuple[Uncertain, ...]:

@@ -21,7 +21,7 @@ QUICK = Live(
     brake=Brake(rest=0.005, patience=0.05),
 )
 QUICK_CONTROL = Control(sequence=Sequence(dwell=0.005, patience=0.2, wait=0.01))
-_TABLE = calibration.shipped()
+_TABLE = calibration.default_calibration()
 _VOLTS = _TABLE.low + _TABLE.step * np.arange(len(_TABLE.position))
 
 

@@ -15,7 +15,7 @@ from macromicro.control.live.alone import possible
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.control.live.parameters import STAGES, Live, prepare
 from macromicro.control.live.state import begin, uncertainty
-from macromicro.control.live.transitions import untrusted
+from macromicro.control.live.transitions import distrust
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 from macromicro.types import Sample
@@ -23,7 +23,7 @@ from macromicro.types import Sample
 from .bench import DT, PITCH, Machine
 
 NAN = math.nan
-TABLE = calibration.shipped()
+TABLE = calibration.default_calibration()
 CARRIAGE, STAGE = (m.MACRO,), (m.MICRO,)
 
 
@@ -142,7 +142,7 @@ def test_without_homing_a_carriage_alone_goes_nowhere() -> None:
     machine.ask(m.Enable())
     reply = machine.ask(m.MoveTo(0.01))
     assert isinstance(reply, Refused) and reply.remedy == "home first"
-    assert untrusted(machine.s, "x") == (machine.s, ())  # it was not trusted before
+    assert distrust(machine.s, "x") == (machine.s, ())  # it was not trusted before
     assert isinstance(machine.ask(m.Home()), Accepted)
 
 

@@ -77,7 +77,7 @@ def test_when_a_programmes_macro_move_has_arrived() -> None:
     since = at._replace(inside=7.0)
 
     def arrived(before: Any, encoder: float, time: float) -> bool:
-        return _programme._arrived(machine.s, before, Sample(time, encoder, 0.0, 0.0, 0.0, 0.0))
+        return _programme._has_arrived(machine.s, before, Sample(time, encoder, 0.0, 0.0, 0.0, 0.0))
 
     for off in (q.tolerance, -q.tolerance):
         assert arrived(since, 500.0 + off, 7.0 + q.dwell)

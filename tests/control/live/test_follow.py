@@ -18,7 +18,7 @@ PATIENT = QUICK._replace(jogging=QUICK.jogging._replace(patience=30.0))
 
 
 def put(machine: Machine, position: float) -> None:
-    machine.s, notices = following.heard(machine.p, machine.s, position, 0.0, 0.0)
+    machine.s, notices = following.take_set_point(machine.p, machine.s, position, 0.0, 0.0)
     machine.note(notices)
 
 

@@ -18,7 +18,7 @@ HOLD = 0.05
 
 
 def put(f: Follower, position: float, velocity: float = 0.0, age: float = 0.0) -> None:
-    f.s, notices = following.heard(f.p, f.s, position, velocity, age)
+    f.s, notices = following.take_set_point(f.p, f.s, position, velocity, age)
     f.note(notices)
 
 
@@ -105,7 +105,7 @@ def test_only_a_stage_that_follows_takes_set_points() -> None:
     f = ready()
     f.ask(m.Jog("macro", 0.01))
     f.tick()
-    assert following.heard(f.p, f.s, 0.001, 0.0, 0.0) == (f.s, ())
+    assert following.take_set_point(f.p, f.s, 0.001, 0.0, 0.0) == (f.s, ())
     f.ask(m.Stop())
     f.run(1.0)
     f.ask(m.Follow("macro", HOLD))
@@ -113,10 +113,10 @@ def test_only_a_stage_that_follows_takes_set_points() -> None:
     low, high = following.bounds(f.p, f.s, f.s.motion)  # type: ignore[arg-type]
     limits = f.p.settings.limits
     assert (low, high) == (limits.macro_low * PITCH, limits.macro_high * PITCH)
-    f.s, notices = following.heard(f.p, f.s, 0.001, 0.0, 0.0)
+    f.s, notices = following.take_set_point(f.p, f.s, 0.001, 0.0, 0.0)
     assert notices == ()  # within the limits
     f.ask(m.EndFollow())
-    assert following.heard(f.p, f.s, 0.002, 0.0, 0.0) == (f.s, ())
+    assert following.take_set_point(f.p, f.s, 0.002, 0.0, 0.0) == (f.s, ())
 
 
 def test_a_late_set_point_goes_on_with_its_velocity() -> None:
@@ -165,7 +165,7 @@ def test_a_jog_ends_unless_it_is_renewed(stage: str, speed: float) -> None:
     assert f.ask(m.Jog(stage, speed, 0.05)) == Accepted(1)
     for _ in range(5):
         f.run(0.04)
-        f.s = following.renewed(f.s)
+        f.s = following.renew(f.s)
     assert f.ask(m.Jog(stage, 0.5 * speed, 0.05)) == Accepted(1)  # renews it as well
     f.run(0.04)
     assert f.s.motion is not None and not f.ends
@@ -180,4 +180,4 @@ def test_a_jog_without_a_hold_time_goes_on() -> None:
     f.ask(m.Jog("macro", 0.01))
     f.run(0.5)
     assert f.s.motion is not None
-    assert following.renewed(f.s).motion == f.s.motion
+    assert following.renew(f.s).motion == f.s.motion

@@ -20,9 +20,9 @@ from macromicro.control.live.leading import (
     Touch,
     ahead,
     at,
-    braked,
-    led,
-    ramped,
+    decelerate,
+    lead,
+    ramp,
 )
 
 Q = Guide(0.2, 2.0, 100.0, Ready(1e-5, 0.01, 1.0), -0.1, 0.1)
@@ -36,7 +36,7 @@ def test_a_profile_runs_within_the_limits_and_ends_at_its_goal(start: float, goa
     g, late, now = Guided(aim=REST._replace(position=start)), -math.inf, 0.0
     before, fastest = (0.0, g.aim), 0.0
     while late < 0.0:
-        g, late = led(Q, g, 1, goal, now, DT)
+        g, late = lead(Q, g, 1, goal, now, DT)
         # The last piece of the period before leads to where it is now.
         begin, last = before
         assert at(last, DT - begin).position == pytest.approx(g.aim.position, abs=1e-12)
@@ -52,12 +52,12 @@ def test_a_profile_runs_within_the_limits_and_ends_at_its_goal(start: float, goa
 def test_another_motion_begins_where_the_set_point_has_come_to_rest() -> None:
     g, now = Guided(), 0.0
     for _ in range(150):
-        g, _late = led(Q, g, 1, 0.1, now, DT)
+        g, _late = lead(Q, g, 1, 0.1, now, DT)
         now += DT
     assert g.aim.velocity > 0.1
     turned = []
     for _ in range(1000):
-        g, late = led(Q, g, 2, 0.0, now, DT)
+        g, late = lead(Q, g, 2, 0.0, now, DT)
         turned.append(g.aim.velocity)
         now += DT
         if late >= 0.0:
@@ -71,7 +71,7 @@ def test_another_motion_begins_where_the_set_point_has_come_to_rest() -> None:
 def test_braking_takes_the_way_that_the_deceleration_needs(speed: float) -> None:
     g = Guided(aim=Aim(0.0, speed, 0.7, 3.0), motion=4)
     for _ in range(102):
-        g = braked(Q, g, DT)
+        g = decelerate(Q, g, DT)
     assert g.aim.velocity == 0.0 and g.aim.acceleration == 0.0
     way = math.copysign(speed * speed / (2.0 * Q.acceleration), speed)
     assert g.aim.position == pytest.approx(way, abs=abs(speed) * 2.0 * DT + 2e-6)
@@ -80,7 +80,7 @@ def test_braking_takes_the_way_that_the_deceleration_needs(speed: float) -> None
 def test_a_ramp_ends_at_the_speed_that_is_asked_for() -> None:
     aim = REST
     for _ in range(50):
-        aim = at(ramped(Q, aim, -0.05, DT), DT)
+        aim = at(ramp(Q, aim, -0.05, DT), DT)
     assert aim.velocity == pytest.approx(-0.05) and aim.position < 0.0
 
 

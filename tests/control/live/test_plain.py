@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from macromicro.control.live.plain import among, shown
+from macromicro.control.live.plain import among, show
 
 
 def test_what_is_shown_is_short() -> None:
@@ -12,9 +12,9 @@ def test_what_is_shown_is_short() -> None:
         def __repr__(self) -> str:
             raise RuntimeError
 
-    assert shown("a") == "'a'"
-    assert shown(10**5000) == "<int>" and shown(Odd()) == "<Odd>"
-    assert len(shown("a" * 1000)) == 80 and shown("a" * 1000, 10).endswith("...")
+    assert show("a") == "'a'"
+    assert show(10**5000) == "<int>" and show(Odd()) == "<Odd>"
+    assert len(show("a" * 1000)) == 80 and show("a" * 1000, 10).endswith("...")
 
 
 def test_only_words_are_among_words() -> None:

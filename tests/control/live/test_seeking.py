@@ -419,12 +419,12 @@ def test_the_upper_limit_switch_likewise() -> None:
     stage = enabled(SEEK)
     homed(stage)
     high = QUIET._replace(limit_high=1.0)
-    g = guided._marked(stage.q, stage.s, stage.g._replace(lines=high), 0.11)
+    g = guided._mark_limit(stage.q, stage.s, stage.g._replace(lines=high), 0.11)
     assert g.off_high and not g.off_low
-    g = guided._marked(stage.q, stage.s, g._replace(lines=QUIET), 0.1081)
-    assert g.off_high and guided.slowed(stage.q, g).velocity == LEAVE
-    g = guided._marked(stage.q, stage.s, g._replace(lines=QUIET), 0.1079)
-    assert not g.off_high and guided.slowed(stage.q, g) == stage.q
+    g = guided._mark_limit(stage.q, stage.s, g._replace(lines=QUIET), 0.1081)
+    assert g.off_high and guided.slow_limits(stage.q, g).velocity == LEAVE
+    g = guided._mark_limit(stage.q, stage.s, g._replace(lines=QUIET), 0.1079)
+    assert not g.off_high and guided.slow_limits(stage.q, g) == stage.q
     stage.ask(m.Disable())
     stage.run(1)
     stage.place, stage.high = 0.109, 0.1085
@@ -437,7 +437,7 @@ def test_the_upper_limit_switch_likewise() -> None:
         stage.run(1)
     assert stage.fastest == pytest.approx(LEAVE) and stage.course.high == math.inf
     lost = stage.s._replace(frame=stage.s.frame._replace(trusted=False))
-    g = guided._marked(stage.q, lost, g._replace(off_high=True, off_low=True), 0.2)
+    g = guided._mark_limit(stage.q, lost, g._replace(off_high=True, off_low=True), 0.2)
     assert not g.off_high and not g.off_low
 
 
@@ -468,8 +468,8 @@ def test_only_a_stage_that_was_on_a_switch_is_on_its_way_back(
     s = stage.s._replace(frame=stage.s.frame._replace(trusted=trusted))
     g = stage.g._replace(off_low=off, off_high=off, lines=QUIET)
     inside = 0.5 * (stage.q.low + stage.q.high)
-    low = guided._marked(stage.q, s, g, stage.q.low - 1e-3 if beyond else inside)
-    high = guided._marked(stage.q, s, g, stage.q.high + 1e-3 if beyond else inside)
+    low = guided._mark_limit(stage.q, s, g, stage.q.low - 1e-3 if beyond else inside)
+    high = guided._mark_limit(stage.q, s, g, stage.q.high + 1e-3 if beyond else inside)
     assert low.off_low == high.off_high == (trusted and off and beyond)
     assert not low.off_high and not high.off_low
 

@@ -87,8 +87,8 @@ def test_the_half_width_is_that_of_laser_hall_sensor_and_phase(number: int, anch
     half = Q.laser + Q.hall + Q.factor * error(e, 55.0)
     if number < Q.needed or not math.isnan(anchor):
         half = math.inf
-    assert survey.homed(Q, resting(phase=e, anchor=anchor), 55.0).half == pytest.approx(half)
-    assert survey.homed(Q, NOTHING, 55.0) == NOTHING
+    assert survey.rebase(Q, resting(phase=e, anchor=anchor), 55.0).half == pytest.approx(half)
+    assert survey.rebase(Q, NOTHING, 55.0) == NOTHING
 
 
 def test_the_position_by_laser() -> None:

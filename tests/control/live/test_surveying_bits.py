@@ -82,7 +82,7 @@ def test_the_compiled_survey_gives_the_bits_of_the_survey(seed: int, q: Edges) -
 
 def changed(v: Survey, q: Edges, k: int) -> Survey:
     """Reset, home, begin anew."""
-    return (survey.reset_given(v), survey.again(v, PITCH), survey.homed(q, v, 3.0), NOTHING)[k % 4]
+    return (survey.reset_given(v), survey.again(v, PITCH), survey.rebase(q, v, 3.0), NOTHING)[k % 4]
 
 
 def test_other_parameters_begin_another_survey() -> None:

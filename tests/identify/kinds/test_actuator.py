@@ -21,7 +21,7 @@ from macromicro.identify.wire import WireFit
 from macromicro.identify.wire_model import Wire
 from macromicro.identify.wire_table import LawFit
 from macromicro.models.stressed import simulate
-from macromicro.settings import Settings, chosen
+from macromicro.settings import Settings, choose
 
 
 def test_a_table_has_temperatures_of_its_own(tmp_path: Path) -> None:
@@ -33,7 +33,7 @@ def test_a_table_has_temperatures_of_its_own(tmp_path: Path) -> None:
 def test_all_gains_go_into_the_settings_file_and_come_back(tmp_path: Path) -> None:
     gains = Inverse()._replace(lag=1.23456789e-3, r2=0.21)
     (tmp_path / "model.toml").write_text(model_file.gains("A head", "fine", gains, "inverse"))
-    tree = chosen(Settings(), tmp_path / "model.toml", None)
+    tree = choose(Settings(), tmp_path / "model.toml", None)
     assert tree.controller.micro_law == "inverse"
     assert tree.controller.fine.lag == pytest.approx(1.23457e-3, rel=1e-9)
     assert tree.controller.fine.r2 == 0.21
@@ -103,6 +103,6 @@ def test_its_commands_lead_from_the_bench_to_a_run(tmp_path: Path) -> None:
     told("identify", "actuator", f"{a}/held.h5", f"{a}/quick.h5", "--table", f"{t}/table.h5",
          "--out", m)  # fmt: skip
     (tmp_path / "p.toml").write_text('[[moves]]\nmicro = ["2 mm", "1 mm"]\nhold = "1.5 s"\n')
-    tree = chosen(Settings(), Path(m) / "model.toml", None)
+    tree = choose(Settings(), Path(m) / "model.toml", None)
     run = api.run(tmp_path / "p.toml", settings=tree)
     assert abs(run["true_micro"][1400] - 2.0) < 2e-3 and abs(run["true_micro"][-1] - 1.0) < 2e-3

@@ -10,7 +10,7 @@ from macromicro import api
 from macromicro.errors import InputError
 from macromicro.identify import kinds
 from macromicro.identify.kinds import carriage
-from macromicro.identify.picking import Picking, loaded, runs
+from macromicro.identify.picking import Picking, load, runs
 from macromicro.plant import bench
 from macromicro.settings import Settings
 from macromicro.thesis import strokes
@@ -23,7 +23,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Strokes of the shipped bench."""
     plant = bench.prepare(Settings().bench, Settings().sensors)
     path = tmp_path_factory.mktemp("strokes") / "carriage.h5"
-    strokes.stroked(plant, VOLTS, 900.0, 1).save(path)
+    strokes.stroke(plant, VOLTS, 900.0, 1).save(path)
     return path
 
 
@@ -53,7 +53,7 @@ def test_strokes_of_the_bench_give_a_model_under_which_it_runs(file: Path, tmp_p
     """The drive within 5 % of the bench's own figures, the swing within 1 %; moves are exact."""
     plant = bench.prepare(Settings().bench, Settings().sensors)
     other = tmp_path / "other.h5"
-    strokes.stroked(plant, -VOLTS, 1900.0, 2).save(other)
+    strokes.stroke(plant, -VOLTS, 1900.0, 2).save(other)
     found = kinds.from_files("carriage", file, tests=(str(other),))
     test = next(line for line in found.lines if line.name == "test")
     assert test.value > 90.0
@@ -83,6 +83,6 @@ def test_a_test_without_a_stroke_or_of_another_rate_is_refused(file: Path, tmp_p
     other = written(tmp_path / "slow.csv", "t,u,x", slow)
     fit = SimpleNamespace(dt=1e-3)
     for path, said in ((still, "no stroke"), (other, "sample time is 0.01 s")):
-        part = runs(loaded(Picking((path,), {}), carriage.ROLES)[0])[0]
+        part = runs(load(Picking((path,), {}), carriage.ROLES)[0])[0]
         with pytest.raises(InputError, match=rf"--test, .*{said}"):
-            carriage._predicted(fit, part, str(path))
+            carriage._predict(fit, part, str(path))

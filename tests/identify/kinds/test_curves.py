@@ -28,7 +28,7 @@ def legs(*corners: float, n: int = 10) -> Array:
 def test_falls_are_cut_where_the_input_turned() -> None:
     u = 100.0 + legs(0, 10, 0, 6, 0.9, 8, 1.1, 5, 0)
     f = np.arange(len(u)) + 0.5
-    found = hysteresis.cut(u, f)
+    found = hysteresis.cut_curves(u, f)
     # The last fall follows a rise from 101.1, more than a tenth of the range above the lowest.
     assert len(found) == 3
     for (made, out), top in zip(found, (10, 30, 50), strict=True):
@@ -43,19 +43,19 @@ def test_a_rise_begins_where_the_output_is_what_it_is_at_the_low_end() -> None:
     def extended(level: float) -> int:
         f = np.where(u <= 2.0, 0.0, np.where(u < 5.5, level, 1.0))
         f[41:60] = 1.0  # it turns at 5 before it has come down
-        return len(hysteresis.cut(u, f))
+        return len(hysteresis.cut_curves(u, f))
 
     assert extended(0.5) == 3  # but not after the rise from 5
     f = np.where(u < 1.5, 0.0, np.where(u < 5.5, 0.031, 1.0))
-    assert len(hysteresis.cut(u, f)) == 1
+    assert len(hysteresis.cut_curves(u, f)) == 1
     f = np.where(u < 1.5, 0.0, np.where(u < 5.5, 0.029, 1.0))
-    assert len(hysteresis.cut(u, f)) == 4
+    assert len(hysteresis.cut_curves(u, f)) == 4
 
 
 def test_what_turns_by_three_hundredths_is_no_noise() -> None:
     def cycles(dip: float) -> list[hysteresis.Pair]:
         u = np.r_[legs(0, 10, 6, n=8)[:-1], legs(6, 6 + dip, 0, n=6)[:-1], legs(0, 9, 0, n=6)]
-        return hysteresis.cut(u, np.arange(len(u)) * 1.0)
+        return hysteresis.cut_curves(u, np.arange(len(u)) * 1.0)
 
     assert [u[-1] for u, _ in cycles(0.29)] == [0.0, 0.0]
     assert [u[-1] for u, _ in cycles(0.31)] == [6.0, 0.0]
@@ -64,7 +64,7 @@ def test_what_turns_by_three_hundredths_is_no_noise() -> None:
 def test_a_last_fall_may_be_short_but_not_noise() -> None:
     def last(*fall: float) -> int:
         u = np.r_[legs(0, 9, 0, 10)[:-1], 10.0, fall]
-        return len(hysteresis.cut(u, np.arange(len(u)) * 1.0)) - 1
+        return len(hysteresis.cut_curves(u, np.arange(len(u)) * 1.0)) - 1
 
     assert last(9.9, 9.87, 9.85, 9.8, 9.69) == 1
     assert last(9.9, 9.87, 9.85, 9.8, 9.72) == 0
@@ -76,7 +76,7 @@ def test_points_are_means_over_a_three_hundredth_of_the_range() -> None:
     fall = np.r_[10.0 - 0.0333 * np.arange(300), 0.0]
     u = np.r_[legs(0, 10)[:-1], fall]
     f = np.arange(len(u)) ** 1.5
-    ((made, out),) = hysteresis.cut(u, f)
+    ((made, out),) = hysteresis.cut_curves(u, f)
     pairs = fall[:300].reshape(150, 2).mean(axis=1)
     np.testing.assert_allclose(made, [10.0, *pairs[1:], 0.0], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(out[1:-1], f[10:310].reshape(150, 2).mean(axis=1)[1:])
@@ -86,11 +86,11 @@ def test_points_are_means_over_a_three_hundredth_of_the_range() -> None:
 def test_a_long_fall_begins_with_the_mean_of_a_thousandth() -> None:
     u = np.r_[legs(0, 10)[:-1], np.linspace(10.0, 0.0, 2001)]
     f = np.arange(len(u)) * 1.0
-    ((made, out),) = hysteresis.cut(u, f)
+    ((made, out),) = hysteresis.cut_curves(u, f)
     assert made[0] == 10.0 and out[0] == 10.5
-    ((_, out),) = hysteresis.cut(np.r_[u[:11], u[12:]], np.r_[f[:10], 7.0, f[12:]])
+    ((_, out),) = hysteresis.cut_curves(np.r_[u[:11], u[12:]], np.r_[f[:10], 7.0, f[12:]])
     assert out[0] == (7.0 + 12.0) / 2.0
-    ((_, out),) = hysteresis.cut(np.r_[u[:11], u[13:]], np.r_[f[:10], 7.0, f[13:]])
+    ((_, out),) = hysteresis.cut_curves(np.r_[u[:11], u[13:]], np.r_[f[:10], 7.0, f[13:]])
     assert out[0] == 7.0
 
 
@@ -153,15 +153,15 @@ def test_a_column_of_curves_is_taken_as_it_is() -> None:
 
 def test_constant_columns_and_short_records_are_refused() -> None:
     ramp = np.linspace(0.0, 1.0, 20)
-    u, f = hysteresis.cleaned(picked(u=ramp, f=-ramp))
+    u, f = hysteresis.clean(picked(u=ramp, f=-ramp))
     np.testing.assert_array_equal(u, ramp)
     np.testing.assert_array_equal(f, -ramp)
     with pytest.raises(InputError, match=r"f\.csv, u: the column is constant at 3"):
-        hysteresis.cleaned(picked(u=np.full(20, 3.0), f=ramp))
+        hysteresis.clean(picked(u=np.full(20, 3.0), f=ramp))
     with pytest.raises(InputError, match=r"f\.csv, f: the column is constant at 0"):
-        hysteresis.cleaned(picked(u=ramp, f=0.0 * ramp))
+        hysteresis.clean(picked(u=ramp, f=0.0 * ramp))
     with pytest.raises(InputError, match=r"f\.csv: the file has 19 rows\. Give 20 rows or more"):
-        hysteresis.cleaned(picked(u=ramp[:19], f=ramp[:19]))
+        hysteresis.clean(picked(u=ramp[:19], f=ramp[:19]))
 
 
 @pytest.mark.parametrize(("dt", "window"), [(0.5, 13), (1.0, 7), (1.4, 5), (1.6, 0), (0.25, 0)])
@@ -169,12 +169,12 @@ def test_a_thermocouple_is_smoothed_over_six_seconds(dt: float, window: int) -> 
     n = 20
     t = np.arange(n) * dt
     u = 20.0 + t + 0.3 * np.cos(2.0 * np.arange(n))
-    made, f = hysteresis.cleaned(picked("thermocouple", u=u, f=2.0 * t, t=t))
+    made, f = hysteresis.clean(picked("thermocouple", u=u, f=2.0 * t, t=t))
     expected = savgol_filter(u, window, 2) if window else u
     np.testing.assert_allclose(made, expected, rtol=1e-12)
     np.testing.assert_array_equal(f, 2.0 * t)
     for same in (picked("u", u=u, f=t, t=t), picked("thermocouple", u=u, f=t)):
-        np.testing.assert_array_equal(hysteresis.cleaned(same)[0], u)
+        np.testing.assert_array_equal(hysteresis.clean(same)[0], u)
 
 
 def test_a_thermocouple_loses_its_spikes() -> None:
@@ -182,5 +182,5 @@ def test_a_thermocouple_loses_its_spikes() -> None:
     u = 20.0 + 0.5 * t
     spiked = u.copy()
     spiked[30] += 40.0
-    made, _ = hysteresis.cleaned(picked("thermocouple", u=spiked, f=t, t=t))
+    made, _ = hysteresis.clean(picked("thermocouple", u=spiked, f=t, t=t))
     np.testing.assert_allclose(made, u, atol=1e-9)

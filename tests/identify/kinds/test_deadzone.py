@@ -17,7 +17,7 @@ from macromicro.identify.deadzone import DeadZone, Trial, discontinuous_dead_zon
 from macromicro.identify.kinds import deadzone
 from macromicro.identify.kinds.deadzone import Options
 from macromicro.identify.notices import DataWarning
-from macromicro.identify.picking import Picked, loaded
+from macromicro.identify.picking import Picked, load
 from macromicro.identify.result import Line
 from macromicro.identify.runs import Run
 
@@ -232,7 +232,7 @@ def test_runs_that_are_not_fitted_are_foretold(file: Path, tmp_path: Path) -> No
 def test_a_run_that_goes_otherwise_counts_as_wrong(file: Path, tmp_path: Path) -> None:
     seen = other(tmp_path / "b.csv", 2.2, 3.0)
     lower = zone(positive=2.5, negative=3.0)
-    runs = deadzone.constant(loaded(given(seen), deadzone.ROLES)[0])
+    runs = deadzone.constant(load(given(seen), deadzone.ROLES)[0])
     told = deadzone.prediction(lower, None, runs, "b.csv", 0.05)
     assert (told.right, len(told.runs), told.distance) == (1, 2, None)
 
@@ -253,7 +253,7 @@ def test_within_the_dead_zone_the_model_stands() -> None:
     )
     t = np.arange(20) * DT
     runs = [Run(t, np.full(20, v), np.full(20, 7.0)) for v in (1.0, -1.75, 3.0)]
-    one = deadzone.travelled(law, runs, "f")
+    one = deadzone.predicted_travel(law, runs, "f")
     assert list(one.model[:40]) == [7.0] * 40
     assert one.model[41] - 7.0 == pytest.approx(2000.0 * DT)
     assert list(np.diff(one.t)) == pytest.approx([DT] * 59)

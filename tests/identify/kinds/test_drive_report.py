@@ -44,6 +44,8 @@ def test_the_structure_in_words() -> None:
 
 
 def test_a_force_that_repeats_is_told_with_its_period() -> None:
-    assert drive_report.repeated(None, "N", "m") == []
-    ((name, text),) = drive_report.repeated(Ripple(2.0 * math.pi / 0.065, 1.5, 1.5, 0.0), "N", "m")
+    assert drive_report.ripple_lines(None, "N", "m") == []
+    ((name, text),) = drive_report.ripple_lines(
+        Ripple(2.0 * math.pi / 0.065, 1.5, 1.5, 0.0), "N", "m"
+    )
     assert name == "repeats" and text.startswith("a force of 1.5 N repeats every 0.065 m; ")

@@ -237,25 +237,25 @@ def test_a_magnetometer_s_curves_ascend_in_its_own_units(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, units: str, u: str, f: str
 ) -> None:
     place = micromag(tmp_path, monkeypatch, units)
-    found, made = hysteresis._found(given(place), Options())
+    found, made = hysteresis._find_curves(given(place), Options())
     assert made == {"u": u, "f": f}
     assert found.kind == "ascending" and len(found.curves) == 10 and found.records == []
-    assert hysteresis._found(given(place), Options(curves="ascending"))[0].kind == "ascending"
+    assert hysteresis._find_curves(given(place), Options(curves="ascending"))[0].kind == "ascending"
     with pytest.raises(InputError, match="--curves: 'descending'; accepted: ascending, the only"):
-        hysteresis._found(given(place), Options(curves="descending"))
-    drifting, _ = hysteresis._found(given(place), Options(drift=True))
+        hysteresis._find_curves(given(place), Options(curves="descending"))
+    drifting, _ = hysteresis._find_curves(given(place), Options(drift=True))
     np.testing.assert_array_equal(drifting.curves[3][1], 2.0 * found.curves[3][1])
     other = written(tmp_path / "a.csv", relays(TOPS))
     with pytest.raises(InputError, match=r"--drift: .*a\.csv is not a MicroMag file"):
-        hysteresis._found(given(other), Options(drift=True))
+        hysteresis._find_curves(given(other), Options(drift=True))
     for files in ((place, other), (other, place)):
         with pytest.raises(InputError, match="FILE: 2 files were given"):
-            hysteresis._found(given(*files), Options())
+            hysteresis._find_curves(given(*files), Options())
 
 
 def test_files_of_columns_share_the_units_of_the_first(tmp_path: Path) -> None:
     file = written(tmp_path / "a.csv", relays(TOPS))
-    found, units = hysteresis._found(given(file), Options())
+    found, units = hysteresis._find_curves(given(file), Options())
     assert units == {"u": "V", "f": "mm", "curve": ""}
     assert len(found.curves) == 10 and found.kind == "descending"
 
@@ -339,9 +339,11 @@ def test_what_is_held_out_chooses_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     """The error told for every second curve is of a table chosen by the other ones alone."""
     pairs = steep(15)
     given_to: list[int] = []
-    real = hysteresis.chosen
+    real = hysteresis.held_out_errors
     monkeypatch.setattr(
-        hysteresis, "chosen", lambda make, some: given_to.append(len(some)) or real(make, some)
+        hysteresis,
+        "held_out_errors",
+        lambda make, some: given_to.append(len(some)) or real(make, some),
     )
     file = written(tmp_path / "steep.csv", pairs)
     hysteresis.identify(given(file), Options(shape="free", between="auto"))

@@ -61,7 +61,7 @@ TABLE = FodTable(
 
 def said(folder: Path, u: Array, f: Array) -> str:
     file = table(folder / "test.csv", "u,f", u, f)
-    one, how = hysteresis._predicted(TABLE, str(file), {}, {})
+    one, how = hysteresis._predict(TABLE, str(file), {}, {})
     name, text = _report.of_range(one, abs(TABLE.span), how)
     assert name == f"prediction of {file}"
     return text

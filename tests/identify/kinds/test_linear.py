@@ -166,29 +166,29 @@ def test_files_of_two_sample_times_are_refused(tmp_path: Path) -> None:
 def test_the_dead_zone_is_taken_off_the_size_of_the_input() -> None:
     u = np.tile([3.0, -3.0, 0.5, -0.5, 0.0], 10)
     values = {"t": np.arange(50.0), "u": u, "x": np.arange(50.0), "y": u**2}
-    found = linear.measured([Picked("f", values, {}, {}, {})], 1.0)
+    found = linear.sampled_runs([Picked("f", values, {}, {}, {})], 1.0)
     np.testing.assert_array_equal(found[0].u[:5], [2.0, -2.0, 0.0, 0.0, 0.0])
     np.testing.assert_array_equal(found[0].x[:2], [9.0, 9.0])
     del values["y"]
-    assert linear.measured([Picked("f", values, {}, {}, {})], 1.0)[0].x[1] == 1.0
+    assert linear.sampled_runs([Picked("f", values, {}, {}, {})], 1.0)[0].x[1] == 1.0
     del values["x"]
     with pytest.raises(
         InputError, match=r"f: there is neither an output y nor a position x.*--columns y="
     ):
-        linear.measured([Picked("f", values, {}, {}, {})], 1.0)
+        linear.sampled_runs([Picked("f", values, {}, {}, {})], 1.0)
 
 
 def test_positions_under_one_input_are_averaged_in_both_directions() -> None:
     t = np.arange(30.0)
     u = np.sin(t)
     runs = [Run(t, u, t), Run(t, -u, -3.0 * t), Run(t, 2.0 * u, t), Run(t[:9], u[:9], t[:9])]
-    made, said = linear.joined(runs, True)
+    made, said = linear.average_positions(runs, True)
     assert said == ["2 with the same input, 1 with the same input, 1 with the same input, averaged"]
     np.testing.assert_allclose(np.diff(made[0].x), 2.0)
     assert [len(r.t) for r in made] == [30, 30, 9]
-    assert linear.joined(runs[1:], True)[1] == ["fitted together"]
-    assert linear.joined(runs[:2], False) == (runs[:2], ["2, fitted together"])
-    assert linear.joined(runs[:1], True) == (runs[:1], [])
+    assert linear.average_positions(runs[1:], True)[1] == ["fitted together"]
+    assert linear.average_positions(runs[:2], False) == (runs[:2], ["2, fitted together"])
+    assert linear.average_positions(runs[:1], True) == (runs[:1], [])
 
 
 def fit(a: list[float], b: list[float]) -> LinearFit:

@@ -9,7 +9,7 @@ from tests.identify.kinds.seen import given, table
 
 from macromicro.errors import InputError
 from macromicro.identify import picking
-from macromicro.identify.kinds import fitted, from_files
+from macromicro.identify.kinds import fit, from_files
 from macromicro.identify.kinds.linear import ROLES
 from macromicro.identify.picking import RUN, Role
 
@@ -44,9 +44,9 @@ def test_none_too_many_or_a_missing_file_is_refused(file: Path) -> None:
 
 def test_units_of_all_files_agree(file: Path, tmp_path: Path) -> None:
     other = table(tmp_path / "b.csv", "t_s,u_V,x_um", [0, 1], [1, 2], [3, 4])
-    assert [t.units["x"] for t in picking.loaded(given(file, file), ROLES)] == ["mm", "mm"]
+    assert [t.units["x"] for t in picking.load(given(file, file), ROLES)] == ["mm", "mm"]
     with pytest.raises(InputError, match=r"b\.csv: . is in um, in .*a\.csv in mm"):
-        picking.loaded(given(file, other), ROLES)
+        picking.load(given(file, other), ROLES)
 
 
 def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
@@ -55,7 +55,7 @@ def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"forc: the file holds first-order reversal curves.*identify hyster"
     ):
-        picking.loaded(given(place), ROLES)
+        picking.load(given(place), ROLES)
 
 
 def test_kinds_and_their_options_are_named_in_a_refusal(file: Path) -> None:
@@ -79,7 +79,7 @@ def test_what_nobody_foresaw_in_the_data_is_bad_input(
     with pytest.raises(
         InputError, match=r"a\.csv: the data cannot be fitted: by nothing.*identify\.md"
     ):
-        fitted("linear", given(file))
+        fit("linear", given(file))
 
 
 def test_a_file_may_lack_an_optional_column_that_another_has(tmp_path: Path) -> None:
@@ -87,9 +87,9 @@ def test_a_file_may_lack_an_optional_column_that_another_has(tmp_path: Path) -> 
     one.write_text("t_s,u_V,run\n0,1,0\n1,2,0\n")
     other.write_text("t_s,u_mV\n0,1\n1,2\n")
     roles = (Role("t", "time", ("t",), ("s",)), Role("u", "input", ("u",), ("V",)), RUN)
-    first, second = picking.loaded(picking.Picking([one, other], {}), roles)
+    first, second = picking.load(picking.Picking([one, other], {}), roles)
     assert "run" in first.values and "run" not in second.values
     other.write_text("t_s,u_N\n0,1\n1,2\n")
     roles = (roles[0], Role("u", "input", ("u",), ("V", "N")), RUN)
     with pytest.raises(InputError, match=r"other\.csv: u is in N, in .*one\.csv"):
-        picking.loaded(picking.Picking([one, other], {}), roles)
+        picking.load(picking.Picking([one, other], {}), roles)

@@ -10,7 +10,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import from_files
-from macromicro.identify.kinds import fitted
+from macromicro.identify.kinds import fit
 from macromicro.identify.notices import PoorFitWarning
 from macromicro.identify.picking import picking
 from macromicro.identify.result import Result
@@ -43,11 +43,11 @@ def test_files_with_a_clock_each_are_one_record(tmp_path: Path) -> None:
         written(tmp_path / "x.csv", "t_s,x_m", t[::10], x[::10] + noise(n, 1e-6)),
     ]
     what = picking([str(file) for file in files], [])._replace(join=True)
-    found = values(fitted("drive", what, structure="coulomb"))
+    found = values(fit("drive", what, structure="coulomb"))
     assert found["mass"] == pytest.approx(0.5, rel=0.02)
     assert found["coulomb"] == pytest.approx(0.4, rel=0.05)
     with pytest.raises(InputError, match=r"x.csv and .*x.csv: there is no column for u"):
-        fitted("drive", picking([str(files[1])] * 2, [])._replace(join=True))
+        fit("drive", picking([str(files[1])] * 2, [])._replace(join=True))
 
 
 def test_reversals_within_a_step_of_the_slower_clock_are_no_saturation(tmp_path: Path) -> None:
@@ -61,7 +61,7 @@ def test_reversals_within_a_step_of_the_slower_clock_are_no_saturation(tmp_path:
     ]
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
-        found = fitted(
+        found = fit(
             "drive",
             picking([str(file) for file in files], [])._replace(join=True),
             structure="coulomb",

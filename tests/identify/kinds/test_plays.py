@@ -11,7 +11,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.files.reading import read
+from macromicro.files.reading import read_table
 from macromicro.hysteresis import prandtl, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PrandtlFit
 from macromicro.identify import _report
@@ -103,7 +103,7 @@ def test_gains_have_a_unit_where_both_columns_have(
 
 
 def test_the_model_file_is_in_volts_and_micrometres_or_as_it_is() -> None:
-    text = plays.written(LAW, ("mV", "mm"), (2.0, 12.0))
+    text = plays.as_toml(LAW, ("mV", "mm"), (2.0, 12.0))
     assert text.startswith(
         "# For a machine of kind piezo: copy the table into its file. "
         "Here: input from 2 to 12 mV, output 7 mm at rest at 0.\n"
@@ -121,14 +121,14 @@ def test_the_model_file_is_in_volts_and_micrometres_or_as_it_is() -> None:
             "loop_weights": ["2000000 um/V", "500000 um/V", "250000 um/V", "125000 um/V"],
         },
     }
-    other = tomllib.loads(plays.written(LAW, ("V", "N"), (2.0, 12.0)))
+    other = tomllib.loads(plays.as_toml(LAW, ("V", "N"), (2.0, 12.0)))
     assert other == {"hysteresis": {"thresholds": THRESHOLDS, "weights": WEIGHTS, "offset": 7.0}}
 
 
 def test_figures_show_the_loop_what_is_left_over_and_the_weights() -> None:
     u, f = np.arange(10.0), np.arange(10.0) ** 2
     out = f - 0.5 * np.arange(10.0)
-    drawn = plays.drawn(u, f, PrandtlFit(LAW, out, 2, 6, 0.0, 0.0), ("V", "um"))
+    drawn = plays.draw_figures(u, f, PrandtlFit(LAW, out, 2, 6, 0.0, 0.0), ("V", "um"))
     loop, rest, weights = (plots(drawn[n])[0] for n in ("curves", "residuals", "thresholds"))
     assert (loop.x, loop.y) == ("input [V]", "output [um]")
     assert [x[0] for x in loop.lines] == ["measured", "play operators"]
@@ -148,8 +148,8 @@ def test_figures_show_the_loop_what_is_left_over_and_the_weights() -> None:
 def predicted(folder: Path, law: prandtl.Prandtl, u: Array, errors: Array) -> str:
     """What is said of another recording whose output is off by `errors`, for a range of 40."""
     file = table(folder / "test.csv", "u,f", u, followed(law, u) + errors)
-    picked = pick(read(file), ROLES, {})
-    name, text = _report.of_range(plays._predicted(law, picked), 40.0)
+    picked = pick(read_table(file), ROLES, {})
+    name, text = _report.of_range(plays._predict(law, picked), 40.0)
     assert name == f"prediction of {file}"
     return text
 

@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds.stress import SHARES, Cycle, Way, cycle, fit, missed, pieces
+from macromicro.identify.kinds.stress import SHARES, Cycle, Way, cycle, fit, pieces, relative_error
 from macromicro.plant import micro, wire
 from macromicro.thesis import kiln_bench
 
@@ -50,7 +50,7 @@ def test_slopes_and_loads_left_out() -> None:
     assert found.within(50.0) and found.within(250.0)
     assert not found.within(49.9) and not found.within(250.1)
     unseen = cycle(125.0, *loop(125.0))
-    assert missed(found, unseen) < 0.01
+    assert relative_error(found, unseen) < 0.01
 
 
 def test_a_stroke_may_saturate_from_the_hot_level() -> None:
@@ -63,7 +63,7 @@ def test_a_stroke_may_saturate_from_the_hot_level() -> None:
     found = fit([made(load) for load in (50.0, 100.0, 200.0, 250.0)])
     assert found.way.saturating and found.way.from_hot
     assert max(found.left_out[s] for s in found.inside) < 0.01
-    assert missed(found, made(150.0)) < 0.01
+    assert relative_error(found, made(150.0)) < 0.01
     low, high = found.heating.levels(150.0)
     assert high == pytest.approx(1.5, abs=0.02)
     assert low - high == pytest.approx(4.0 * (1.0 - math.exp(-2.5)), abs=0.02)

@@ -66,7 +66,7 @@ def test_the_middle_step_shows_the_dynamics_or_the_one_asked_for() -> None:
     def chosen(every: str, steady: str, requested: float | None = None) -> float:
         blank = record(np.zeros(2))
         records = {float(v): blank for v in every.split()}
-        return thermal._chosen(records, {float(v): 1.0 for v in steady.split()}, requested)
+        return thermal._choose_step(records, {float(v): 1.0 for v in steady.split()}, requested)
 
     assert chosen("1 2 3 4 5", "1 2 3 4 5") == 3.0
     assert chosen("5 1 3 2", "5 1 3 2") == 2.0
@@ -200,7 +200,7 @@ def test_figures_of_the_step_its_residuals_and_the_gain() -> None:
     step = one.records[2.0]
     error = np.where(np.arange(100) < 2, math.nan, 0.0)
     one.records[2.0] = step._replace(rise=step.rise + 1.0, error=error)
-    drawn = thermal._drawn(one)
+    drawn = thermal._draw(one)
     curves = thermal._curves(one)
     top = plots(_report.free_run(curves.pairs, [], curves.label))[0]
     model = 20.0 * step_response(MODES, step.t[2:])
@@ -217,7 +217,7 @@ def test_figures_of_the_step_its_residuals_and_the_gain() -> None:
     np.testing.assert_array_equal(y, 10.0 * np.arange(1.0, 6.0))
     np.testing.assert_allclose(xs, np.linspace(1.0, 5.0, 100))
     np.testing.assert_allclose(curve, [exponential(GAIN.model, v) for v in xs])
-    assert len(plots(thermal._drawn(found(3))["gain"])[0].lines) == 1
+    assert len(plots(thermal._draw(found(3))["gain"])[0].lines) == 1
 
 
 def test_model_toml_holds_every_number() -> None:

@@ -171,7 +171,7 @@ def _arc(begin, centre, angle):
 
 
 def cycled(programme, cycles):
-    return programmes.repeated(XY_MACHINE, programme, cycles)
+    return programmes.repeat(XY_MACHINE, programme, cycles)
 
 
 def test_cycles_go_on_from_where_the_one_before_ended():

@@ -59,8 +59,8 @@ def test_the_true_place_is_told_apart():
 
 def test_a_reading_that_is_missing_counts_as_where_it_was():
     values = np.array([np.nan, 1.0, np.nan, 3.0, np.nan])
-    assert results.known(values).tolist() == [0.0, 1.0, 1.0, 3.0, 3.0]
-    assert results.known(np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
+    assert results.fill_gaps(values).tolist() == [0.0, 1.0, 1.0, 3.0, 3.0]
+    assert results.fill_gaps(np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
 
 
 def test_one_axis_is_a_recording_of_one_stage():

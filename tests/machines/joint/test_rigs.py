@@ -118,7 +118,7 @@ def test_an_axis_that_does_not_come_to_its_start_ends_it(
 )
 def test_other_than_two_rigs_are_refused(lab: Path, name: str) -> None:
     with pytest.raises(InputError) as error:
-        on_rig.found(name, XY_MACHINE, DEFAULT, 0)
+        on_rig.find_rigs(name, XY_MACHINE, DEFAULT, 0)
     assert error.value.where == "--rig" and "mylab:x+mylab:y" in error.value.accepted
 
 
@@ -130,12 +130,12 @@ def test_a_file_with_a_plus_in_its_name_is_one_rig(lab: Path) -> None:
 
 def test_a_rig_of_another_period_is_refused_with_it(lab: Path) -> None:
     with pytest.raises(InputError) as error:
-        on_rig.found("two_mine:x+two_mine:quick", XY_MACHINE, DEFAULT, 0)
+        on_rig.find_rigs("two_mine:x+two_mine:quick", XY_MACHINE, DEFAULT, 0)
     assert "timing.period" in error.value.where and "0.0005 s" in error.value.accepted
 
 
 def test_the_twin_needs_none() -> None:
-    made: Any = on_rig.found("twin", XY_MACHINE, DEFAULT, 0)
+    made: Any = on_rig.find_rigs("twin", XY_MACHINE, DEFAULT, 0)
     assert made is None
 
 
@@ -176,7 +176,7 @@ def test_drives_with_an_enable_line_are_on_before_the_programme(
 def test_interrupted_both_are_safe_and_nothing_is_lost(lab: Path) -> None:
     checked = job.check(job.Request(None, lab / "o", lab / "m.toml", rig="two_mine:x+two_mine:y"))
     assert checked.source is not None
-    pair = on_rig.opened(checked.source, 0)
+    pair = on_rig.open_rigs(checked.source, 0)
     sink, seen = Blocks(), []
 
     def enough(t: float, move: int) -> None:

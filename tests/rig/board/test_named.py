@@ -24,10 +24,10 @@ from macromicro.types import Command, Outputs
 
 
 def test_options_and_name_are_the_same_board() -> None:
-    name = named.joined("board", "/dev/ttyUSB0", "host", Path("hall.csv"))
+    name = named.board_name("board", "/dev/ttyUSB0", "host", Path("hall.csv"))
     assert name == "board:/dev/ttyUSB0,loop=host,calibration=hall.csv"
-    assert named.read(name) == named.Boarded("/dev/ttyUSB0", "host", Path("hall.csv"))
-    assert named.joined("board", "/dev/ttyUSB0", None, None) == "board:/dev/ttyUSB0"
+    assert named.parse(name) == named.Boarded("/dev/ttyUSB0", "host", Path("hall.csv"))
+    assert named.board_name("board", "/dev/ttyUSB0", None, None) == "board:/dev/ttyUSB0"
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_options_and_name_are_the_same_board() -> None:
 )
 def test_what_does_not_fit_is_refused(given: tuple[str, None, None, None], told: str) -> None:
     with pytest.raises(InputError, match=told):
-        named.joined(*given)
+        named.board_name(*given)
 
 
 @pytest.mark.parametrize("name", ["board:", "board", "board:/dev/x,speed=9", "board:/dev/x,loop"])
@@ -62,7 +62,7 @@ def test_without_a_calibration_there_is_a_macro_stage_alone() -> None:
 )
 def test_a_name_says_which_stages_there_are(more: str, shown: tuple[str, ...]) -> None:
     name = f"board:/dev/none{more}"
-    assert str(named.read(name)) == name
+    assert str(named.parse(name)) == name
     fixture = open_rig(name)
     assert fixture.channels[:2] == shown and fixture.channels[-1] == "limit_high"
     assert fixture.table is None
@@ -70,7 +70,7 @@ def test_a_name_says_which_stages_there_are(more: str, shown: tuple[str, ...]) -
 
 def test_stages_that_there_are_not() -> None:
     with pytest.raises(InputError, match="board:/dev/x, stages: 'micro'; accepted: macro or both"):
-        named.read("board:/dev/x,stages=micro")
+        named.parse("board:/dev/x,stages=micro")
 
 
 def test_a_port_that_is_not_there_says_so() -> None:

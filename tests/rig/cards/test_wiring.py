@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.rig.cards._wiring import read
+from macromicro.rig.cards._wiring import read_wiring
 from macromicro.rig.opening import CARDS, Carded, named, open_rig
 
 KEYS = {name: card.KEYS for name, card in CARDS.items()}
@@ -34,7 +34,7 @@ def test_a_kiln_s_card(tmp_path: Path) -> None:
         f"[inputs.encoder]\nsubdevice = 4\nchannel = 1\nzero = 7\n"
         f"[outputs.heater]\nsubdevice = 3\nchannel = 2\n"
     )
-    wired = read(given(tmp_path, HEAD + text), KEYS)
+    wired = read_wiring(given(tmp_path, HEAD + text), KEYS)
     warm, count = wired.inputs
     assert (warm.scale, warm.offset) == (100.0, -2.0)
     assert (count.scale, count.offset, dict(count.at)) == (1.0, 7.0, {"subdevice": 4, "channel": 1})
@@ -45,7 +45,7 @@ def test_a_kiln_s_card(tmp_path: Path) -> None:
 
 
 def test_what_is_left_out(tmp_path: Path) -> None:
-    wired = read(given(tmp_path, f"{HEAD}[inputs]\nhall = {{ {PLACE} }}"), KEYS)
+    wired = read_wiring(given(tmp_path, f"{HEAD}[inputs]\nhall = {{ {PLACE} }}"), KEYS)
     assert (wired.kind, wired.dt, wired.rest, wired.outputs) == ("bench", 1e-3, 0.0, ())
     assert math.isnan(wired.pitch)
     assert (wired.inputs[0].scale, wired.inputs[0].offset) == (1.0, 0.0)
@@ -54,11 +54,11 @@ def test_what_is_left_out(tmp_path: Path) -> None:
 def test_the_table_of_its_hall_sensor_lies_beside_it(tmp_path: Path) -> None:
     (tmp_path / "hall.csv").write_text("hall_V,position_mm\n1.0,0.0\n2.0,2.0\n3.0,4.0\n")
     text = f'{HEAD}calibration = "hall.csv"\n[inputs]\nhall = {{ {PLACE} }}'
-    wired = read(given(tmp_path, text), KEYS)
+    wired = read_wiring(given(tmp_path, text), KEYS)
     assert wired.calibration is not None
     (tmp_path / "hall.csv").unlink()
     with pytest.raises(InputError, match=r"hall.csv"):
-        read(tmp_path / "card.toml", KEYS)
+        read_wiring(tmp_path / "card.toml", KEYS)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_the_table_of_its_hall_sensor_lies_beside_it(tmp_path: Path) -> None:
 def test_what_is_wrong_with_it(tmp_path: Path, text: str, message: str) -> None:
     path = given(tmp_path, HEAD + text)
     with pytest.raises(InputError) as caught:
-        read(path, KEYS)
+        read_wiring(path, KEYS)
     assert message in str(caught.value)
     assert str(caught.value).startswith(str(path))
 
@@ -124,7 +124,7 @@ def test_which_card_must_be_said(tmp_path: Path, head: str, message: str) -> Non
 def test_the_page_s_files_are_read(tmp_path: Path, k: int) -> None:
     (tmp_path / "hall_calibration.csv").write_text("hall_V,position_mm\n1,0\n2,2\n3,4\n")
     shown = re.findall(r"```toml\n(card = .*?)```", PAGE, re.DOTALL)
-    wired = read(given(tmp_path, shown[k]), KEYS)
+    wired = read_wiring(given(tmp_path, shown[k]), KEYS)
     assert {t.name for t in wired.outputs} >= {"motor"}
     assert wired.rest == (600.0, 0.0)[k]
 

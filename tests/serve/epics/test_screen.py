@@ -17,7 +17,7 @@ from fake_station import FakeStation
 from macromicro.errors import InputError
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.epics._machine import Channels
-from macromicro.serve.epics.server import EpicsServer, checked
+from macromicro.serve.epics.server import EpicsServer, check_prefix
 from macromicro.serve.hosts import Token
 
 
@@ -33,14 +33,14 @@ def test_every_channel_of_the_screen_is_served() -> None:
 @pytest.mark.parametrize("prefix", ["", " ", "a b", "x" * 31, "$(P)", ".VAL"])
 def test_a_prefix_that_cannot_be_is_refused(prefix: str) -> None:
     with pytest.raises(InputError, match="a prefix such as LAB:STAGE"):
-        checked(prefix)
-    assert checked("LAB:STAGE:") == "LAB:STAGE"
+        check_prefix(prefix)
+    assert check_prefix("LAB:STAGE:") == "LAB:STAGE"
 
 
 def test_without_caproto_nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "caproto", None)
     with pytest.raises(InputError, match=r"caproto is not installed.*'macromicro\[epics\]'"):
-        checked("LAB:STAGE")
+        check_prefix("LAB:STAGE")
 
 
 def test_others_need_a_token_to_reach_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,7 +38,7 @@ class Bed:
             )
         ]
         self.rig: Any = (
-            Real(found.machine, found.tree, self.twins) if real else opening.simulated(found, 0)
+            Real(found.machine, found.tree, self.twins) if real else opening.simulate(found, 0)
         )
         self.pair: Any = opening.live(found, self.rig)
         offset = 0.0 if known else math.nan

@@ -418,7 +418,7 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period() -> None:
     assert control.watches[0].time == control.watches[1].time
     assert control.faulty == 1
     code = faults.AXIS + 100 + control.watches[1].fault
-    found = faults.described(code, *control.watches[1][1:4], axes=bed.settings.axes)
+    found = faults.describe(code, *control.watches[1][1:4], axes=bed.settings.axes)
     assert found.name.startswith("y: ") and found.message.startswith("Axis y: ")
     assert "both axes" in found.evidence
     bed.notices += bed.pair.fail(found.name, {"evidence": found.evidence}, False)

@@ -256,7 +256,7 @@ def test_one_that_hangs_stops_both(lab: Lab, station: Callable[..., Station]) ->
 )
 def test_both_counters_confirm_the_place(lab: Lab, x: str, y: str, known: int) -> None:
     found = settings.load(Path("own.toml"))
-    made = opening.opened(Spec(lab.rigs(x, y), 0, found, "", LIVE, os.getpid()))
+    made = opening.open_machine(Spec(lab.rigs(x, y), 0, found, "", LIVE, os.getpid()))
     assert made.witness(made.rig.read()).counted == bool(known)
     assert not made.paced  # both rigs' time is computed: somebody else has to wait
 
@@ -298,6 +298,6 @@ def test_what_two_rigs_cannot_do_is_said(
     name = lab.rigs(*rigs) if rigs[1] else f"{lab.module}:x"
     spec = Spec(name, 0, found._replace(tree=found.tree.with_(changes)), "", LIVE, os.getpid())
     with pytest.raises(InputError) as error:
-        opening.opened(spec)
+        opening.open_machine(spec)
     said = str(error.value)
     assert where in said and accepted in said

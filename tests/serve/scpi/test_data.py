@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.serve.scpi._data import Element, elements
-from macromicro.serve.scpi._parameters import Flag, NameOrBlock, Number, Text, Word, read
+from macromicro.serve.scpi._parameters import Flag, NameOrBlock, Number, Text, Word, read_values
 from macromicro.serve.scpi.errors import ScpiError
 
 LENGTH = Number("position", "m", -10.0, 10.0)
@@ -24,7 +24,7 @@ def one(text: str | bytes) -> Element:
 
 def refused(parameter: object, text: str) -> int:
     with pytest.raises(ScpiError) as found:
-        read((parameter,), elements(text.encode(), 0)[0])  # type: ignore[arg-type]
+        read_values((parameter,), elements(text.encode(), 0)[0])  # type: ignore[arg-type]
     return found.value.number
 
 

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from macromicro.control.live import messages as m
 from macromicro.serve.scpi._intake import Framer
-from macromicro.serve.scpi._message import written
+from macromicro.serve.scpi._message import all_spellings
 from macromicro.serve.scpi.errors import TEXTS, ScpiError
 from macromicro.serve.scpi.tree import COMMANDS
 
-HEADERS = sorted({":".join(names) for c in COMMANDS for names, _ in written(c.header)})
+HEADERS = sorted({":".join(names) for c in COMMANDS for names, _ in all_spellings(c.header)})
 PIECES = st.one_of(
     st.sampled_from(HEADERS).map(str.encode),
     st.sampled_from([b"?", b" ", b";", b":", b",", b"\n", b"\r", b"\t", b'"', b"'", b"#", b"\0"]),

@@ -6,13 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.serve.scpi._message import Tree, nodes, written
+from macromicro.serve.scpi._message import Tree, all_spellings, nodes
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.tree import COMMANDS, TREE
 
 SPELLED = [
-    (command, names, ranges) for command in COMMANDS for names, ranges in written(command.header)
+    (command, names, ranges)
+    for command in COMMANDS
+    for names, ranges in all_spellings(command.header)
 ]
 
 

@@ -25,7 +25,7 @@ class Bed:
         assert found is not None
         self.tree, self.pitch, self.period = found.tree, found.live.pitch, found.period
         self.twin = Twin(found.machine.kind, found.tree, seed)
-        self.rig: Any = opening.simulated(found, seed)
+        self.rig: Any = opening.simulate(found, seed)
         if real:
             self.rig = stage_rig.Real(found.machine, found.tree, (self.twin,))
         self.machine: Any = opening.live(found, self.rig)

@@ -22,7 +22,7 @@ from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds
 from macromicro.serve import faults, settings
 from macromicro.serve.stage import _control as controls
-from macromicro.serve.stage._control import Control, Resting, led, pulsed
+from macromicro.serve.stage._control import Control, Resting, last_pulse, loop_of
 from macromicro.serve.stage.rig import Simulated
 
 PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
@@ -80,7 +80,7 @@ def test_the_law_follows_its_course_and_off_it_gives_nothing() -> None:
     [([], math.nan), ([math.nan] * 2, math.nan), ([math.nan, 3.0, math.nan, 7.0, math.nan], 7.0)],
 )
 def test_the_last_pulse_of_a_period_counts(shown: list[float], last: float) -> None:
-    assert pulsed(np.array(shown)) == pytest.approx(last, nan_ok=True)
+    assert last_pulse(np.array(shown)) == pytest.approx(last, nan_ok=True)
 
 
 def test_a_course_limits_the_effort() -> None:
@@ -97,7 +97,7 @@ def test_the_guard_of_the_machine_trips_and_is_renewed() -> None:
     assert watch.fault == 4 and stage.control.effort == 0.0
     stage.run(Course(True, REST, restart=1), 0.01)
     assert stage.control.effort == 0.0  # latched
-    words = faults.described(faults.STAGE + watch.fault, watch.value, watch.limit, watch.time)
+    words = faults.describe(faults.STAGE + watch.fault, watch.value, watch.limit, watch.time)
     assert words.code == 204 and words.name == "above the soft limit"
     stage.control.renew()
     stage.run(Course(True, REST._replace(position=1e-3), restart=2), 0.05)
@@ -206,7 +206,7 @@ def test_the_law_follows_each_piece_of_the_course_within_a_period() -> None:
     stage = Driven()
     aim, after = Aim(1e-3, 0.1, 0.0, 0.0), Aim(1.03e-3, 0.0, 0.0, 0.0)
     course = Course(True, aim, later=((0.3e-3, after),))
-    loop = led(course, None, stage.tree, Wired(), (0.0, 0.1e-3, 0.3e-3))
+    loop = loop_of(course, None, stage.tree, Wired(), (0.0, 0.1e-3, 0.3e-3))
     begun = Progress(MOVING, 0, 0, 0.5, math.nan, 0)
     found = []
     for k in range(4):

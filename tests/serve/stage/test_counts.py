@@ -12,7 +12,7 @@ from tests.serve.stage.test_lines import EXAMPLES, written
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
-from macromicro.serve.stage.rig import counted, shared_out
+from macromicro.serve.stage.rig import as_counts, shared_out
 
 NOISY = 'noise = "5 um"\n'  # of 0.4 counts
 
@@ -51,5 +51,5 @@ def test_of_two_rigs_each_in_its_own(tmp_path: Path) -> None:
 
 def test_counts_are_whole_and_what_is_not_known_stays_so() -> None:
     assert shared_out(10.25, 1.0) == 10.25 and shared_out(10.0, 0.26) == 3.0
-    assert math.isnan(shared_out(math.nan, 0.5)) and math.isnan(counted(0.0, math.nan).encoder)
-    assert counted(1.0, -2.5)[:2] == (1.0, -2.0)
+    assert math.isnan(shared_out(math.nan, 0.5)) and math.isnan(as_counts(0.0, math.nan).encoder)
+    assert as_counts(1.0, -2.5)[:2] == (1.0, -2.0)

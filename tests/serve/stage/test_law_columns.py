@@ -19,7 +19,7 @@ from macromicro.serve._ledger import Trail
 from macromicro.serve._machine import View
 from macromicro.serve._recording import Means, Recording
 from macromicro.serve.settings import LiveSettings, load
-from macromicro.serve.shared import COLUMNS, Shared, Vitals, published, telemetry
+from macromicro.serve.shared import COLUMNS, Shared, Vitals, telemetry, telemetry_of
 from macromicro.serve.stage.rig import Guarded, Simulated
 from macromicro.serve.web import bins
 from macromicro.types import SAFE, Command, Sample
@@ -54,7 +54,7 @@ def row(own: list[float]) -> list[float]:
 def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -> None:
     found = served(tmp_path)
     monkeypatch.setattr(
-        "macromicro.serve.stage._control.checked", lambda *_: None
+        "macromicro.serve.stage._control.check_law", lambda *_: None
     )  # it has no limit
     assert found.law_columns == (SPEED,)
     rig = Simulated(found.machine, found.tree, (found.live.pitch,), 0)
@@ -102,14 +102,14 @@ def test_of_two_axes_each_has_its_letter() -> None:
 
 
 def test_they_come_last() -> None:
-    form = published(stages=("",), law=(SPEED,))
+    form = telemetry_of(stages=("",), law=(SPEED,))
     assert form.columns[-1] == SPEED and form.columns[: len(COLUMNS)] == COLUMNS
     kept = form.kept(("encoder",))
     assert [form.columns[k] for k in kept] == [*COLUMNS, SPEED]
 
 
 def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
-    form = published(law=(SPEED,))
+    form = telemetry_of(law=(SPEED,))
     memory = Shared.create(1000, form)
     recording = Recording(
         memory, Trail(), tmp_path / "a.h5", 10, {}, print, channels=("encoder",),
@@ -124,7 +124,7 @@ def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
 
 
 def test_viewers_get_them_behind_all_others() -> None:
-    names = published(law=(SPEED,)).names
+    names = telemetry_of(law=(SPEED,)).names
     block = np.array([row([float(k)]) for k in range(4)]).T
     made = bins.Plots(names, 1.0, law=["law_speed"]).traces(block)
     assert len(made) == len(bins.CHANNELS) + 1 and made[-1].tolist() == [0.0, 1.0, 2.0, 3.0]

@@ -206,11 +206,11 @@ def test_a_drive_that_trips_is_a_fault_with_its_words_until_it_has_cooled(tmp_pa
 
 
 def test_telemetry_and_records_have_the_lines_that_there_are(tmp_path: Path) -> None:
-    one = shared.published(stages=("",))
+    one = shared.telemetry_of(stages=("",))
     found = [one.names[k] for k in one.kept(("encoder", "home", "enable"))]
     assert found == [*shared.NAMES, "home", "enable"]
     assert [one.names[k] for k in one.kept(("encoder",))] == [*shared.NAMES]
-    several = shared.published((LENGTH,) * 3, ("x", "y", "z"))
+    several = shared.telemetry_of((LENGTH,) * 3, ("x", "y", "z"))
     assert not set(LINES) & set(several.names)
     assert [n for n in several.names if n.startswith("z_")] == [
         *("z_count", "z_reference", "z_motor", "z_position", "z_uncertainty")
@@ -309,7 +309,7 @@ def test_each_of_several_stages_shows_the_lines_that_its_settings_name(tmp_path:
     switches = '[x.switches]\nlimits = "low"\n[y.switches]\nhome = "cam"\n'
     file.write_text(plotter.replace(*drive) + switches, encoding="utf-8")
     found = settings.load(file)
-    rig = opening.simulated(found, 0)
+    rig = opening.simulate(found, 0)
     rig.read()
     led = Guarded(Session(rig, found.period), rig, found.axes)
 

@@ -18,7 +18,7 @@ from macromicro.place import ANGLE, LENGTH
 from macromicro.serve import faults, settings, shared
 from macromicro.serve.requests import KINDS
 from macromicro.serve.scpi._parameters import Number
-from macromicro.serve.scpi._session import ended
+from macromicro.serve.scpi._session import motion_error
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.tree import COMMANDS, tree
 from macromicro.serve.stage import guide
@@ -99,19 +99,19 @@ def test_words_are_in_degrees() -> None:
     assert KINDS["move to"].words((math.pi,), ANGLE) == "move to 180 deg"
     assert KINDS["move to"].words((0.012,)) == "move to 12 mm"
     end = m.Finished(3, m.STALLED, 0.5, 0.001, {})
-    assert "at 28.648 deg" in str(ended(end, "move", ANGLE))
-    assert "at 500.000 mm" in str(ended(end, "move"))
-    fault = faults.described(200.0 + guarding.LOST, 1.0, 0.5, 2.0, ANGLE)
+    assert "at 28.648 deg" in str(motion_error(end, "move", ANGLE))
+    assert "at 500.000 mm" in str(motion_error(end, "move"))
+    fault = faults.describe(200.0 + guarding.LOST, 1.0, 0.5, 2.0, ANGLE)
     assert "57.3 deg, allowed 28.65 deg" in fault.evidence
 
 
 def test_telemetry_is_shown_in_degrees() -> None:
-    columns, scales, _ = shared.published((ANGLE,))
+    columns, scales, _ = shared.telemetry_of((ANGLE,))
     units = {c.name: c.unit for c in columns}
     assert (units["position"], units["uncertainty"], units["motor"]) == ("deg", "mdeg", "V")
     k = shared.INDEX["position"]
     assert scales[k, 0] == pytest.approx(1e-3 / DEG) and scales[shared.INDEX["t"], 0] == 1.0
-    plain, ones, _ = shared.published((LENGTH,))
+    plain, ones, _ = shared.telemetry_of((LENGTH,))
     assert plain == shared.COLUMNS and np.all(ones == 1.0)
 
 

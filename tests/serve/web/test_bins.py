@@ -14,7 +14,7 @@ from macromicro.serve.web import bins
 @pytest.mark.parametrize(("first", "rows", "width"), [(0, 10, 4), (3, 9, 4), (7, 1, 4), (5, 6, 1)])
 def test_bins_hold_smallest_and_largest(first: int, rows: int, width: int) -> None:
     values = np.random.default_rng(1).normal(size=(2, rows))
-    found = bins.binned(values, first, width)
+    found = bins.bin_rows(values, first, width)
     numbers = np.arange(first, first + rows) // width
     assert found.shape == (numbers[-1] - numbers[0] + 1, 2, 2)
     for k in range(found.shape[0]):
@@ -25,16 +25,16 @@ def test_bins_hold_smallest_and_largest(first: int, rows: int, width: int) -> No
 
 def test_missing_readings_leave_the_others() -> None:
     values = np.array([[1.0, np.nan, 3.0, np.nan]])
-    found = bins.binned(values, 0, 2)
+    found = bins.bin_rows(values, 0, 2)
     assert found[:, 0, :].tolist() == [[1.0, 1.0], [3.0, 3.0]]
-    assert np.isnan(bins.binned(np.full((1, 3), np.nan), 0, 4)).all()
+    assert np.isnan(bins.bin_rows(np.full((1, 3), np.nan), 0, 4)).all()
 
 
 def test_a_spike_of_one_period_survives_a_minute_in_few_columns() -> None:
     values = np.zeros((1, 60_000))
     values[0, 12_345] = 7.0
     view = bins.view(1, 60.0, 300)
-    assert bins.binned(values, 0, view.width)[:, 0, 1].max() == 7.0
+    assert bins.bin_rows(values, 0, view.width)[:, 0, 1].max() == 7.0
 
 
 @pytest.mark.parametrize("span", bins.SPANS)

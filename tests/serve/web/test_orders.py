@@ -11,7 +11,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web._orders import Orders, Refusal, keys, read, surplus
+from macromicro.serve.web._orders import Orders, Refusal, keys, read_object, surplus
 
 ORDERS = Orders(Instrument(Station()))  # type: ignore[arg-type]
 
@@ -92,9 +92,9 @@ def test_bad_orders_are_refused(order: dict[str, Any]) -> None:
 )
 def test_what_is_no_message_is_refused(text: str) -> None:
     with pytest.raises(Refusal):
-        read(text)
+        read_object(text)
     with pytest.raises(Refusal):
-        read(text.encode())
+        read_object(text.encode())
 
 
 def test_shipped_programmes_fit_the_soft_limits() -> None:

@@ -68,7 +68,7 @@ def test_rig_gives_what_the_compiled_run_gives() -> None:
 @pytest.mark.slow
 def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
     """Erratum to Appendix D: the integral drifts; after one overshoot 149 are not reached."""
-    found = cycle_testing.measured(data.unlimited)
+    found = cycle_testing.measure(data.unlimited)
     assert data.unlimited.max() > 170.0
     assert np.isfinite(found.tau1[0])
     assert np.isnan(found.tau1[1:]).all()
@@ -77,7 +77,7 @@ def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
 @pytest.mark.slow
 def test_derivative_per_second_is_too_slow(data: CycleData) -> None:
     """Erratum to Appendix D: Kd de/Ts cannot reach tau1 = 0.23 s; over 0.34 s."""
-    assert np.nanmin(cycle_testing.measured(data.literal).tau1) > 0.34
+    assert np.nanmin(cycle_testing.measure(data.literal).tau1) > 0.34
 
 
 @pytest.mark.parametrize("reading", ["literal", "unlimited"])
@@ -95,7 +95,7 @@ def test_half_an_hour_is_enough_and_ten_seconds_are_not() -> None:
     rested = cycle_testing.cycling_runs(TWIN, runs=2, cycles=4, room_std=0.0)
     np.testing.assert_array_equal(rested.counts[0], rested.counts[1])
     hurried = cycle_testing.cycling_runs(TWIN, runs=2, cycles=4, room_std=0.0, rest_s=10.0)
-    first, second = (cycle_testing.measured(c) for c in hurried.counts)
+    first, second = (cycle_testing.measure(c) for c in hurried.counts)
     assert second.fall[0] > first.fall[0] + 0.02
 
 
@@ -106,7 +106,7 @@ def test_times_and_shares_of_a_known_cycle() -> None:
     part[300:400] = 149.0
     part[400:2050] = np.where(np.arange(1650) % 2 == 0, 150.0, 151.0)
     part[2050:3200] = 80.0
-    found = Cycles(*(float(v[0]) for v in cycle_testing.measured(part)))
+    found = Cycles(*(float(v[0]) for v in cycle_testing.measure(part)))
     assert found.tau1 == pytest.approx(0.3)
     assert found.tau2 == pytest.approx(0.2)
     assert found.fall == pytest.approx(1.2)
@@ -114,7 +114,7 @@ def test_times_and_shares_of_a_known_cycle() -> None:
 
 
 def test_an_output_that_stays_down_is_not_measured() -> None:
-    found = cycle_testing.measured(np.zeros(4000))
+    found = cycle_testing.measure(np.zeros(4000))
     assert np.isnan(found.tau1[0]) and np.isnan(found.first[0])
 
 

@@ -47,7 +47,7 @@ def test_eleven_light_lines_and_their_mean(
 ) -> None:
     """Each line is a run as measured, the bold one their mean."""
     lines = axes_of(drawn[number])[0].get_lines()
-    runs = [values(cycle_testing.measured(c)) for c in data.counts]
+    runs = [values(cycle_testing.measure(c)) for c in data.counts]
     assert len(runs) == 11
     for line, run in zip(lines, runs, strict=False):
         np.testing.assert_array_equal(line.get_ydata(), run)
@@ -60,7 +60,7 @@ def test_eleven_light_lines_and_their_mean(
 def test_shares_are_those_of_the_claim(data: CycleData) -> None:
     """Claim A5: the curve at 150 counts is the mean that the claim judges; no share is lost."""
     first, last = shares(data.counts)
-    each = [cycle_testing.measured(c) for c in data.counts]
+    each = [cycle_testing.measure(c) for c in data.counts]
     np.testing.assert_allclose(first[1], np.mean([c.first for c in each], axis=0))
     np.testing.assert_allclose(last[1], np.mean([c.last for c in each], axis=0))
     assert np.all(first.sum(axis=0) <= 100.0 + 1e-9)

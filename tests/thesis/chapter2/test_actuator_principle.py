@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.drawing.exhibit import Drawn, rendered
+from macromicro.drawing.exhibit import Drawn, render
 from macromicro.thesis.contents import find
 from macromicro.thesis.procedure import Lab
 
@@ -24,7 +24,7 @@ def test_captions_tell_bench_from_textbook(shown: dict[str, Drawn]) -> None:
 
 
 def test_equations_exhibit_has_a_name(shown: dict[str, Drawn]) -> None:
-    made = rendered("(2.1)", shown["(2.1)"])
+    made = render("(2.1)", shown["(2.1)"])
     assert (made.label, made.name) == ("Equation (2.1)", "equation-2-1")
 
 

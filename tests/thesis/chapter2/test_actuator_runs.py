@@ -7,7 +7,7 @@ import pytest
 
 from macromicro.plant.bench import Bench
 from macromicro.thesis.chapter2 import _actuator_runs
-from macromicro.thesis.chapter2._actuator_runs import Alloy, Principle, law_cycle, loaded
+from macromicro.thesis.chapter2._actuator_runs import Alloy, Principle, law_cycle, load_and_unload
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +75,8 @@ def test_plateau_is_kept_on_unloading() -> None:
     """Figure 2.9a: half-way along the plateau half of its strain stays; none in austenite."""
     alloy = Alloy()
     middle = 0.5 * (alloy.plateau_start + alloy.plateau_end)
-    assert loaded(alloy, 0.0, middle).strain[-1] == pytest.approx(0.5 * alloy.plateau_strain)
-    assert loaded(alloy, 1.0, middle).strain[-1] == 0.0
-    assert loaded(alloy, 0.0, 0.99 * alloy.plateau_start).strain[-1] == 0.0
+    assert load_and_unload(alloy, 0.0, middle).strain[-1] == pytest.approx(
+        0.5 * alloy.plateau_strain
+    )
+    assert load_and_unload(alloy, 1.0, middle).strain[-1] == 0.0
+    assert load_and_unload(alloy, 0.0, 0.99 * alloy.plateau_start).strain[-1] == 0.0

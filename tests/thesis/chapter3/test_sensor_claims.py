@@ -16,8 +16,8 @@ from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 @pytest.fixture(scope="module")
 def found() -> dict[str, Claim]:
     made = [
-        *sensor_design.measured(),
-        *technologies.measured(),
+        *sensor_design.measure(),
+        *technologies.measure(),
         *electrothermal.printed_gain(),
     ]
     assert len({c.id for c in made}) == len(made)

@@ -28,9 +28,9 @@ def made(volts: float, x: np.ndarray) -> Recording:
 def test_level_of_the_bench(plant: Plant) -> None:
     """What Section 4.2.5 implies: 1700 counts/s at 3.1 V and 3977 at 4 V lie on a line through
     2.43 V of 2530 counts/s/V; the friction is the same at every speed, both ways."""
-    runs = friction.pushed(plant)
+    runs = friction.push(plant)
     assert all(0.0 < r["macro_position"][-1] < 2800.0 for r in runs)
-    found = friction.fitted(runs)
+    found = friction.fit(runs)
     assert found.level == pytest.approx(2.43, abs=0.03)
     assert found.gain == pytest.approx(2530.0, rel=0.02)
     assert sorted(found.volts) == sorted([*friction.PUSHES, *(-v for v in friction.PUSHES)])
@@ -43,7 +43,7 @@ def test_known_line() -> None:
     for volts in (3.0, 4.0, 5.0):
         x = np.minimum(1000.0 * (volts - 2.0) * np.arange(1200) * 1e-3, 2900.0)
         runs += [made(volts, x), made(-volts, 2800.0 - x)]
-    found = friction.fitted(runs)
+    found = friction.fit(runs)
     assert found.level == pytest.approx(2.0, abs=1e-9)
     assert found.gain == pytest.approx(1000.0, rel=1e-9)
     assert friction.steady(runs[-1]) == pytest.approx((-5.0, -3000.0))

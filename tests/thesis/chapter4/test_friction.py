@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.thesis.ended import collected
 
-from macromicro.drawing.style import thinned
+from macromicro.drawing.style import thin_out
 from macromicro.thesis.chapter4 import friction
 from macromicro.thesis.chapter4.friction import FrictionData
 from macromicro.thesis.contents import find
@@ -51,7 +51,7 @@ def test_low_voltages_are_the_recordings(data: FrictionData, figures: dict[str, 
         for curve, (volts, run) in zip(ax.get_lines(), runs.items(), strict=True):
             assert run["macro_position"][0] == start
             assert np.all(run["motor"] == volts)
-            x, y = thinned(run["t"], run["macro_position"])
+            x, y = thin_out(run["t"], run["macro_position"])
             np.testing.assert_array_equal(curve.get_xdata(), x)
             np.testing.assert_array_equal(curve.get_ydata(), y)
             ends.append(float(y[-1]) - start)

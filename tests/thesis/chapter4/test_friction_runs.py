@@ -19,7 +19,7 @@ def plant() -> Plant:
 
 @pytest.fixture(scope="module")
 def zone(plant: Plant) -> DeadZone:
-    return friction.measured(plant)
+    return friction.measure(plant)
 
 
 def test_dead_zone(zone: DeadZone) -> None:

@@ -21,7 +21,7 @@ def plant() -> Plant:
 @pytest.fixture(scope="module")
 def found(plant: Plant) -> MacroModel:
     """Of other noise than that of the claims."""
-    return identification.measured(plant, seed=1)
+    return identification.measure(plant, seed=1)
 
 
 def test_steady_speeds(found: MacroModel) -> None:

@@ -16,7 +16,7 @@ from macromicro.models import actuator
 from macromicro.models.heating import Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5.actuator_models import NEAR_STOP, against, judged, thesis
+from macromicro.thesis.chapter5.actuator_models import NEAR_STOP, against, judge, thesis
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("ctrl", "V", ""))
 MODES = Modes(1.3, 0.09, 0.012, 0.7, 0.2, 0.1)
@@ -111,7 +111,7 @@ def test_a_judgement_is_at_the_end_on_the_way_and_throughout() -> None:
     model[:295] += 0.1  # up to 2.95 s; 98 % are reached at 1.96 s, 1.5 times that is 2.94 s
     model[295:980] += 0.3
     model[980:] -= 0.2  # the last 0.2 s
-    found = judged(t, measured, model, 4.0)
+    found = judge(t, measured, model, 4.0)
     assert found.steady == pytest.approx(-0.05)
     assert found.dynamic == pytest.approx(0.025)
     whole = (295 * 0.1**2 + 685 * 0.3**2 + 21 * 0.2**2) / 1001
@@ -125,6 +125,6 @@ def test_against_a_record_the_model_gets_what_was_sent(fitted: object) -> None:
     record = stepped(1.55)
     found = against(fitted.model, [record, record])
     made, _ = actuator.simulate(fitted.model, np.full(4000, 1.55), 0.1)
-    wanted = judged(np.arange(4000) * 0.1, record["laser"] * 1e-3, made, 4.0)
+    wanted = judge(np.arange(4000) * 0.1, record["laser"] * 1e-3, made, 4.0)
     assert found == pytest.approx(wanted, rel=1e-9)
     assert found.whole < 0.05

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify.heating import averaged, cooling, inferred_step, steady
+from macromicro.identify.heating import average, cooling, inferred_step, steady
 from macromicro.lab import drive
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
@@ -24,7 +24,7 @@ def test_trials_differ_by_noise_only(stepped: StepData) -> None:
     first, second, _ = stepped.steps[1.6]
     apart = first["laser"] - second["laser"]
     assert 0.0 < apart.std() < 5.0
-    t, mean = averaged([first, second])
+    t, mean = average([first, second])
     np.testing.assert_allclose(mean, 0.5e-3 * (first["laser"] + second["laser"]))
     assert t[-1] == pytest.approx(200.0, abs=0.02)
 

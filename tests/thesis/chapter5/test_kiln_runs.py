@@ -9,10 +9,10 @@ from tests.thesis.fixture_drives import KilnTwin
 
 from macromicro.errors import InputError
 from macromicro.identify.kiln import (
-    cleaned,
+    clean,
     first_order_curves,
     fod_table,
-    predicted,
+    predict,
     without_spikes,
 )
 from macromicro.recording import Recording
@@ -46,7 +46,7 @@ def test_compiled_run_equals_the_rig_sample_by_sample() -> None:
 
 def test_maxima_fall_and_every_cycle_ends_cold(heated: KilnData) -> None:
     """Section 5.2.1: with each heating cycle M_k was decreased, then cooled to ambient."""
-    curves = first_order_curves(cleaned(heated.curves), cold=35.0)
+    curves = first_order_curves(clean(heated.curves), cold=35.0)
     assert len(curves) == len(kiln.MAXIMA)
     tops = [u[0] for u, _ in curves]
     # Interference may hold the relay on for a few seconds, so a maximum is met to a few kelvin.
@@ -103,7 +103,7 @@ def test_median_in_place_of_smoothing_spoils_the_prediction(
     """Note to claim S2: 7-11 % of stroke with a wide median, on table and profiles alike."""
     runs = [_with_median(r, 601) for r in (heated.curves, *heated.tests)]
     table = fod_table(runs[:1])
-    errors = [predicted(table, r).share for r in runs[1:]]
+    errors = [predict(table, r).share for r in runs[1:]]
     assert min(errors) > 5.0 * max(p.share for p in kiln_runs.predictions)
 
 

@@ -116,7 +116,7 @@ def test_with_a_fan_no_bias_is_spoken_of(runs: IntegratedRuns, drawn: dict[str, 
     for number, arrow in (("6.4", 1), ("6.5", 0)):
         near = axes_of(drawn[number])[1]
         assert sum("bias" in text.get_text() for text in near.texts) == arrow
-    worst = integrated_runs.cycled(runs, runs.cooled).worst
+    worst = integrated_runs.cycle_bias(runs, runs.cooled).worst
     assert f"at most {worst:.1f} um" in drawn["6.5"].caption
     assert "missing from every later" in drawn["6.4"].caption
     assert "missing" not in drawn["6.5"].caption

@@ -62,7 +62,7 @@ def test_every_vibration_is_within(runs: IntegratedRuns) -> None:
 @pytest.mark.slow
 def test_bias_is_the_laser_zero(runs: IntegratedRuns) -> None:
     """Claim I3: what is left at the reset is what the laser is off by; the stage is right."""
-    last = integrated_runs.cycled(runs, runs.warm).cycles[-1]
+    last = integrated_runs.cycle_bias(runs, runs.warm).cycles[-1]
     assert last.bias_um is not None and last.left_um is not None
     assert last.true_bias_um is not None
     assert last.bias_um > 5.0

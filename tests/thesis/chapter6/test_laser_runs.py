@@ -46,5 +46,5 @@ def test_printed_gains_answer_the_noise(runs: LaserRuns) -> None:
 
 def test_a_noisier_laser_fails_both() -> None:
     sensors = Sensors()._replace(laser=Sensors().laser._replace(noise=1e-6))
-    found = laser_noise.claims(laser_noise.recorded(bench.prepare(Bench(), sensors)))
+    found = laser_noise.claims(laser_noise.record(bench.prepare(Bench(), sensors)))
     assert [c.verdict for c in found] == [DIFFERS, DIFFERS]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
-from macromicro.drawing.exhibit import rendered
+from macromicro.drawing.exhibit import render
 from macromicro.thesis import all_procedures, diagrams, reproduce
 from macromicro.thesis.claims import CALIBRATED, DIFFERS, REPRODUCED, Claim
 from macromicro.thesis.procedure import Lab, Procedure
@@ -40,11 +40,9 @@ def reproduced() -> Reproduced:
     made = first._replace(name="made", title=HOSTILE, sections=("9.1",), ids=("X1", "X2"))
     lost = first._replace(name="lost", title="Lost", sections=("9.2",), ids=("Y1", "Y2"))
     shown = [
-        rendered(
-            number, diagrams.drawn(number)._replace(claims=("X2", "elsewhere"), caption=HOSTILE)
-        )
+        render(number, diagrams.draw(number)._replace(claims=("X2", "elsewhere"), caption=HOSTILE))
         for number in ("4.3", "4.3", "4.19")
     ]
     results.append(Result("made", _MADE, shown, 0.1))
-    results.append(reproduce.failed(lost, f"ValueError: {HOSTILE}", f"Traceback\n{HOSTILE * 9}"))
+    results.append(reproduce.failure(lost, f"ValueError: {HOSTILE}", f"Traceback\n{HOSTILE * 9}"))
     return Reproduced(results, [*procedures, made, lost])

@@ -38,9 +38,9 @@ def test_lists_are_shortened_openly() -> None:
 
 def test_printed_words_stand_where_no_number_is() -> None:
     claim = Claim("A", "1", "c", None, 1.0, "s", REPRODUCED, printed_text="about a second")
-    assert claim_text.printed(claim) == "about a second"
-    assert claim_text.printed(claim._replace(printed=1.0)) == "1"
-    assert claim_text.printed(claim._replace(printed_text="")) == "-"
+    assert claim_text.printed_text(claim) == "about a second"
+    assert claim_text.printed_text(claim._replace(printed=1.0)) == "1"
+    assert claim_text.printed_text(claim._replace(printed_text="")) == "-"
 
 
 def test_units_of_several_quantities_stand_in_brackets() -> None:

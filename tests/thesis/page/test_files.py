@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.thesis.claims import REPRODUCED, stated
+from macromicro.thesis.claims import REPRODUCED, state
 from macromicro.thesis.page import files
 from macromicro.thesis.page.reproduction import About
 from macromicro.thesis.reproduce import Result, as_rows
@@ -67,7 +67,7 @@ def agrees(text: str, value: Any) -> bool:
 def test_what_is_not_finite_is_empty(written: Path) -> None:
     rows = {r["id"]: r for r in json.loads((written / "claims.json").read_text(encoding="utf-8"))}
     assert rows["X1"]["measured"] == [1.5, None]
-    open_above = stated("M10", [3.0, 4.0], REPRODUCED, over=0.0, backs=0)
+    open_above = state("M10", [3.0, 4.0], REPRODUCED, over=0.0, backs=0)
     result = Result("m", [open_above], [], 0.0)
     assert as_rows([result])[0]["accept"] == [[1.0, None], [2.0, None]]
     assert "1.0 to ; 2.0 to " in files.as_csv([result])

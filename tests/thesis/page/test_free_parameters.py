@@ -12,7 +12,7 @@ from macromicro.thesis import cycle_bench, kiln_bench
 from macromicro.thesis.cycle_bench import CycleBench
 from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import _free_parameters
-from macromicro.thesis.page._free_parameters import CALIBRATED, GROUPS, grouped
+from macromicro.thesis.page._free_parameters import CALIBRATED, GROUPS, group
 from macromicro.thesis.page._free_parameters import free_parameters as listed
 
 SETTINGS = Settings()
@@ -33,7 +33,7 @@ def test_each_meaning_once_and_in_one_group() -> None:
         *(f"kiln: {path}" for path in kiln_bench.OWN_SOURCES),
         *(f"cycle bench: {p}" for p in in_order(CycleBench(), cycle_bench.OWN_SOURCES)),
     ]
-    groups = grouped(found)
+    groups = group(found)
     assert tuple(groups) == GROUPS
     assert sum(len(members) for members in groups.values()) == len(found)
 
@@ -69,7 +69,7 @@ def test_what_shares_a_meaning_is_the_same_parameter() -> None:
 
 
 def test_calibrated_parameters_name_claims() -> None:
-    calibrated = grouped(listed(SETTINGS))[CALIBRATED]
+    calibrated = group(listed(SETTINGS))[CALIBRATED]
     here = {e.par.meaning for e in EVERY if "calibrated" in e.par.source}
     there = [s for s in cycle_bench.OWN_SOURCES.values() if "calibrated" in s]
     assert len(calibrated) == len(here) + len(there)

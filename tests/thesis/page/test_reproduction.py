@@ -105,7 +105,7 @@ def class_of(attributes: dict[str, str | None]) -> list[str]:
 
 
 def test_a_claim_stands_at_the_first_exhibit_that_shows_it(reproduced: Any) -> None:
-    chapters = _placing.placed(reproduced.results, reproduced.procedures, _placing.Anchors())
+    chapters = _placing.place(reproduced.results, reproduced.procedures, _placing.Anchors())
     parts = {p.result.name: p for chapter in chapters for p in chapter.parts}
     made = parts["made"]
     assert [c.claim.id for c in made.loose] == ["X1"]
@@ -131,7 +131,7 @@ def test_every_exhibit_is_there(reproduced: Any, parsed: Parsed) -> None:
 
 
 def test_every_exhibit_is_listed_once_in_the_thesis_order(reproduced: Any, parsed: Parsed) -> None:
-    chapters = _placing.placed(reproduced.results, reproduced.procedures, _placing.Anchors())
+    chapters = _placing.place(reproduced.results, reproduced.procedures, _placing.Anchors())
     listed = _placing.index(chapters)
     places = [p.anchor for c in chapters for part in c.parts for p in part.panels]
     assert sorted(anchor for group in listed for _, anchor in group.exhibits) == sorted(places)

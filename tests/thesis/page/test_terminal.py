@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from macromicro.thesis.page import _counting, terminal
-from macromicro.thesis.reproduce import INTERRUPTED, Result, claims_of, failed
+from macromicro.thesis.reproduce import INTERRUPTED, Result, claims_of, failure
 
 
 def shown(capsys: pytest.CaptureFixture[str]) -> str:
@@ -118,8 +118,8 @@ def test_plain_progress_calls_nothing_done_that_is_not(
 ) -> None:
     one, two = reproduced.procedures[:2]
     with terminal.progress([one, two]) as report:
-        report(failed(one, INTERRUPTED), one.seconds)
-        report(failed(two, "ValueError: no"), two.seconds)
+        report(failure(one, INTERRUPTED), one.seconds)
+        report(failure(two, "ValueError: no"), two.seconds)
     lines = capsys.readouterr().err.splitlines()
     assert lines == [f"{one.name}: interrupted (1 of 2)", f"{two.name}: failed (2 of 2)"]
 

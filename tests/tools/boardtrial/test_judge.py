@@ -37,7 +37,7 @@ class Bench:
 @pytest.fixture
 def judge() -> Judge:
     """A board that was configured."""
-    params = control.of(Limits()._replace(motor=4.5), calibration.shipped())
+    params = control.of(Limits()._replace(motor=4.5), calibration.default_calibration())
     made = Judge(Bench(), params, CRC)  # type: ignore[arg-type]
     made.configured = True
     made.bytes_for_board(b"\0")
@@ -45,7 +45,7 @@ def judge() -> Judge:
 
 
 def told(judge: Judge, name: str, **values: float) -> None:
-    judge.bytes_for_board(protocol.told(name, 1, **values))
+    judge.bytes_for_board(protocol.encode(name, 1, **values))
 
 
 def pass_(judge: Judge, periods: int, motor: float, ctrl: float = 0.0, on: float = 1.0) -> None:

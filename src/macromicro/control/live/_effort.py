@@ -9,7 +9,7 @@ from macromicro.control import macro, micro
 from macromicro.control.arrival import TICK
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Fine, LiveParameters
-from macromicro.control.live.state import EMPTY, Drive, LiveState, Window, driven
+from macromicro.control.live.state import EMPTY, Drive, LiveState, Window, with_work
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
 from macromicro.types import Sample
@@ -26,7 +26,7 @@ class Efforts(NamedTuple):
 NONE = Efforts()
 
 
-def released(ended: tuple[LiveState, tuple[Notice, ...]]) -> tuple[LiveState, Efforts]:
+def without_effort(ended: tuple[LiveState, tuple[Notice, ...]]) -> tuple[LiveState, Efforts]:
     """A period without effort in which a motion ends or is given up."""
     s, notices = ended
     return s, Efforts(notices=notices)
@@ -63,9 +63,9 @@ def lead_carriage(
     """Lead the carriage gently: a jog or set points, with what homing may push at most."""
     homing, ahead = p.settings.homing, reference - encoder
     if not math.isnan(ahead):
-        reference = encoder + limited(ahead, homing.lead)
+        reference = encoder + limit_effort(ahead, homing.lead)
     drive, motor = macro_effort(s, encoder, reference, dt)
-    motor = limited(motor, homing.volts)
+    motor = limit_effort(motor, homing.volts)
     leans = abs(ahead) >= homing.lead or abs(motor) >= p.settings.jogging.lean
     return CarriageStep(reference, ahead, drive, motor, leans and s.seen.standing > 0.0)
 
@@ -84,7 +84,7 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     return Drive(d.macro_reference, reference, d.memory, integral, d.reset, fine), ctrl
 
 
-def rested(s: LiveState, dt: float) -> LiveState:
+def rest_law(s: LiveState, dt: float) -> LiveState:
     """A period without a turn of the micro-stage, for a law whose model runs on."""
     if not s.laws.fine:
         return s
@@ -113,10 +113,10 @@ def fine_efforts(
         s.drive.reset,
         fine.fine,
     )
-    return driven(s, drive, s.work), Efforts(motor, ctrl, active, 1.0)
+    return with_work(s, drive, s.work), Efforts(motor, ctrl, active, 1.0)
 
 
-def limited(volts: float, most: float) -> float:
+def limit_effort(volts: float, most: float) -> float:
     return min(max(volts, -most), most)
 
 

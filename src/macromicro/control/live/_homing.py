@@ -9,7 +9,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, limited, macro_effort, released
+from macromicro.control.live._effort import Efforts, limit_effort, macro_effort, without_effort
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Homing, LiveParameters
 from macromicro.control.live.state import (
@@ -30,7 +30,7 @@ OVER = 1.4  # of the requested speed, with which a carriage that had stuck may c
 
 
 def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-    trust = t.reported(s, "trust", "homing", {"trusted": False})
+    trust = t.report(s, "trust", "homing", {"trusted": False})
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
     q = p.settings.homing
     expected = s.frame.offset + q.coordinate - q.back_off if s.frame.named else NAN
@@ -52,7 +52,7 @@ def step(
     q = p.settings.homing
     patience = q.patience + (s.laws.sequence.patience if work.phase == BACK else 0.0)
     if s.time - motion.began >= patience - TICK:
-        return released(brake.start(p, s, m.STALLED, t.STALLED))
+        return without_effort(brake.start(p, s, m.STALLED, t.STALLED))
     if math.isnan(sample.encoder):
         return s, Efforts(macro_active=1.0)
     if work.phase == SEARCH:
@@ -64,7 +64,7 @@ def step(
 
 def _slow(q: Homing, s: LiveState, motor: float, pace: float = 0.0) -> float:
     """Limit the effort and the speed [count/s] of homing."""
-    return 0.0 if abs(s.seen.speed) > max(q.fastest, OVER * pace) else limited(motor, q.volts)
+    return 0.0 if abs(s.seen.speed) > max(q.fastest, OVER * pace) else limit_effort(motor, q.volts)
 
 
 def pace(q: Homing, above: float) -> float:
@@ -83,13 +83,13 @@ def _search(
     floor = sample.encoder - q.lead
     reference = max(s.drive.macro_reference - speed * dt, floor)
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
-    work = _watched(work._replace(pace=speed), s.time, sample.encoder)
+    work = _watch_progress(work._replace(pace=speed), s.time, sample.encoder)
     if _stands(s, work) >= q.stand - TICK:
         work = work._replace(phase=PUSH, since=s.time, origin=sample.encoder)
     return s._replace(drive=drive, work=work), Efforts(_slow(q, s, motor, speed), 0.0, 1.0)
 
 
-def _watched(work: Search, now: float, here: float) -> Search:
+def _watch_progress(work: Search, now: float, here: float) -> Search:
     """Since when the carriage gets no farther down, ignoring one count of dither."""
     if work.lowest <= here <= work.lowest + DITHER:
         return work
@@ -108,14 +108,14 @@ def _push(
         drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
         work = work._replace(phase=SEARCH, since=s.time, origin=NAN)
         return s._replace(work=work, drive=drive), Efforts(0.0, 0.0, 1.0)
-    work = _watched(work, s.time, sample.encoder)
+    work = _watch_progress(work, s.time, sample.encoder)
     s = s._replace(work=work)
     if _stands(s, work) < q.stand - TICK:
         return s, Efforts(_slow(q, s, -q.volts), 0.0, 1.0)
     drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
     sure = abs(sample.encoder - work.stop) <= GIVE  # never, the first time: no stop is known
     cause = "end stop confirmed" if sure else "end stop found"
-    event = t.reported(s, "move", cause, {"stop_raw_counts": sample.encoder})
+    event = t.report(s, "move", cause, {"stop_raw_counts": sample.encoder})
     felt = Search(BACK, NAN, NAN, sample.encoder, sure, expected=sample.encoder)
     s = s._replace(work=felt, drive=drive)
     return s, Efforts(0.0, 0.0, 1.0, 0.0, (event,))
@@ -135,7 +135,7 @@ def _back(
     since = arrival.since(sequence, goal - sample.encoder, work.since, s.time)
     # Not while the stop is not sure, which has turned back above.
     if arrival.arrived(sequence, since, s.time):
-        return released(t.homed(p, s, goal - q.coordinate, work.stop))
+        return without_effort(t.homed(p, s, goal - q.coordinate, work.stop))
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
     s = s._replace(drive=drive, work=work._replace(since=since))
     return s, Efforts(_slow(q, s, motor), 0.0, 1.0)

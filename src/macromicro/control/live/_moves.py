@@ -15,7 +15,7 @@ from macromicro.control.live._effort import (
     macro_effort,
     observe,
     parked_effort,
-    released,
+    without_effort,
 )
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
@@ -30,7 +30,7 @@ from macromicro.control.live.state import (
     Targets,
     by_laser,
     carriage,
-    driven,
+    with_work,
 )
 from macromicro.types import Sample
 
@@ -83,17 +83,17 @@ def approach(
     if arrival.arrived(q, inside, s.time):
         found = {"error_counts": error, "seconds": s.time - motion.began}
         s, event = t.go(s._replace(work=Approach(inside, s.time)), m.SETTLING, t.ARRIVED, found)
-        s, efforts = _parked(s, sample, dt)
+        s, efforts = _park(s, sample, dt)
         return s, efforts._replace(notices=(event,))
     if s.time - motion.began >= q.patience - TICK:
-        return released(brake.start(p, s, m.STALLED, t.STALLED))
+        return without_effort(brake.start(p, s, m.STALLED, t.STALLED))
     drive, motor = macro_effort(s, sample.encoder, motion.coarse, dt)
-    return driven(s, drive, Approach(inside, NAN)), Efforts(motor, 0.0, 1.0)
+    return with_work(s, drive, Approach(inside, NAN)), Efforts(motor, 0.0, 1.0)
 
 
-def _parked(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
+def _park(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
     drive, motor, active = parked_effort(s, sample, dt)
-    return driven(s, drive, s.work), Efforts(motor, 0.0, active)
+    return with_work(s, drive, s.work), Efforts(motor, 0.0, active)
 
 
 def settle(
@@ -101,25 +101,25 @@ def settle(
 ) -> tuple[LiveState, Efforts]:
     """One period of the wait, at whose end the carriage must still be at its target."""
     q = s.laws.sequence
-    s, efforts = _parked(s, sample, dt)
+    s, efforts = _park(s, sample, dt)
     if math.isnan(sample.encoder) or s.time - work.entered < q.wait - TICK:
         return s, efforts
     error = _macro_error(s, motion, sample)
     found: Evidence = {"error_counts": error}
     if not arrival.within(q, error):
         if s.time - motion.began >= q.patience - TICK:
-            return released(brake.start(p, s, m.STALLED, t.STALLED))
+            return without_effort(brake.start(p, s, m.STALLED, t.STALLED))
         drive = s.drive._replace(memory=REST) if q.park == 1 else s.drive
         s, event = t.go(
             s._replace(work=Approach(NAN, NAN), drive=drive), m.MOVING_MACRO, t.DRIFTED, found
         )
         return s, efforts._replace(notices=(event,))
     if math.isnan(motion.target) or m.MICRO not in p.stages:
-        return released(t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found))
+        return without_effort(t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found))
     rest = remaining(p, s, motion.target)
     if not s.limits.micro_low <= rest <= min(p.settings.fine.bias_high, s.limits.micro_high):
         found["micro_mm"] = rest * 1e3
-        return released(brake.start(p, s, m.STALLED, t.STALLED, found))
+        return without_effort(brake.start(p, s, m.STALLED, t.STALLED, found))
     found["micro_mm"] = rest * 1e3
     s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, found)
     return s, efforts._replace(notices=notices)
@@ -140,7 +140,7 @@ def fine(
     if by_laser(p, s):  # of a move without such a target the laser says nothing (NaN)
         off = motion.target - s.seen.position
         witness = observe(q, work.witness, sample.laser, off, dt)
-    s = driven(s, s.drive, Settle(work.entered, work.base, window, witness))
+    s = with_work(s, s.drive, Settle(work.entered, work.base, window, witness))
     found: Evidence = {"error_mm": window.mean * 1e3, "window_s": q.window}
     if not math.isnan(witness.mean):
         found["error_by_laser_mm"] = witness.mean * 1e3

@@ -10,7 +10,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import brake, following
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, fine_efforts, observe, released
+from macromicro.control.live._effort import Efforts, fine_efforts, observe, without_effort
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -21,7 +21,7 @@ from macromicro.control.live.state import (
     LiveState,
     Motion,
     Running,
-    driven,
+    with_work,
 )
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
 from macromicro.programme import moves
@@ -60,16 +60,16 @@ def step(
     if s.laws.fine:  # its memory moves on, however this period ends
         s = s._replace(drive=s.drive._replace(fine=progress.fine))
     notices: tuple[Notice, ...] = ()
-    if before.phase == MACRO and _left(work.plan, before, progress):
+    if before.phase == MACRO and _has_left(work.plan, before, progress):
         late = local.t - before.began >= s.laws.sequence.patience
         found = _way(s, work)
-        if _arrived(s, before, local):
+        if _has_arrived(s, before, local):
             s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         elif late:
-            return released(brake.start(p, s, m.STALLED, t.STALLED, found))
+            return without_effort(brake.start(p, s, m.STALLED, t.STALLED, found))
         else:
             work = work._replace(cut_off=work.cut_off or found)
-            event = t.reported(s, "move", "cut off", found)
+            event = t.report(s, "move", "cut off", found)
         notices = (event,)
     window = work.window
     fresh = progress.move != before.move
@@ -88,17 +88,17 @@ def step(
         s.drive.reset or out.laser_reset > 0.5,
         progress.fine,
     )
-    s = driven(s, drive, work._replace(progress=progress, window=window))
+    s = with_work(s, drive, work._replace(progress=progress, window=window))
     mode = MODES.get(progress.phase, s.mode)
     if mode != s.mode:
         s, event = t.go(s, mode, t.NEXT_MOVE, {"move": progress.move})
         notices = (*notices, event)
     if fresh and work.plan.start[progress.move] != -math.inf:  # a profile is told once
-        notices = (*notices, _begun(s, work, progress))
+        notices = (*notices, _beginning(s, work, progress))
     return s, Efforts(out.motor, out.ctrl, command.macro_active, command.micro_active, notices)
 
 
-def _left(plan: Plan, before: Progress, progress: Progress) -> bool:
+def _has_left(plan: Plan, before: Progress, progress: Progress) -> bool:
     """Whether the macro move that was under way is over."""
     if progress.move != before.move and plan.start[progress.move] == -math.inf:
         return False  # the next set point of the same profile
@@ -106,7 +106,7 @@ def _left(plan: Plan, before: Progress, progress: Progress) -> bool:
     return progress.phase != MACRO or fresh
 
 
-def _arrived(s: LiveState, before: Progress, sample: Sample) -> bool:
+def _has_arrived(s: LiveState, before: Progress, sample: Sample) -> bool:
     """Whether the macro move under way has arrived, by the supervisor's rule."""
     q = s.laws.sequence
     error = before.macro_reference - sample.encoder
@@ -122,7 +122,7 @@ def _way(s: LiveState, work: Running) -> Evidence:
     return {"move": move, "error_counts": work.progress.macro_reference - s.seen.encoder}
 
 
-def _begun(s: LiveState, work: Running, progress: Progress) -> m.Event:
+def _beginning(s: LiveState, work: Running, progress: Progress) -> m.Event:
     """The event of a move's beginning, with the end of the previous one."""
     k = progress.move
     coarse = work.plan.stage[k] == moves.MACRO
@@ -132,7 +132,7 @@ def _begun(s: LiveState, work: Running, progress: Progress) -> m.Event:
     facts |= {**target, "passed_over": k - work.progress.move - 1}
     if work.progress.move >= 0:
         facts |= _result(s, work)
-    return t.reported(s, "move", "next move", facts)
+    return t.report(s, "move", "next move", facts)
 
 
 def _result(s: LiveState, work: Running) -> Evidence:
@@ -150,12 +150,12 @@ def _end(
     left = len(plan.stage) - move - 1
     found: Evidence = {"moves": move + 1, **(_result(s, work) if move >= 0 else {})}
     if lacks := following.lacking(left, work.cut_off):
-        return _stalled(p, s, found | lacks)
+        return _stall(p, s, found | lacks)
     if plan.stage[move] == moves.MICRO:
         return _settle(p, s, work, sample, dt)
     if not arrival.within(s.laws.sequence, found["error_counts"]):
-        return _stalled(p, s, found)
-    return released(t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found))
+        return _stall(p, s, found)
+    return without_effort(t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found))
 
 
 def _settle(
@@ -169,13 +169,13 @@ def _settle(
     s = s._replace(work=work)
     found: Evidence = {"moves": work.progress.move + 1, **_result(s, work)}
     if window.held >= q.dwell - TICK and window.number == 0:
-        return released(t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found))
+        return without_effort(t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found))
     if s.time - work.over >= q.patience - TICK:
-        return _stalled(p, s, found)
+        return _stall(p, s, found)
     return s, efforts
 
 
-def _stalled(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:
+def _stall(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:
     if s.mode == m.MOVING_MICRO:
         s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found)
     else:

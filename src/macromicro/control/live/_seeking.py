@@ -22,8 +22,8 @@ from macromicro.control.live.leading import (
     Touch,
     ahead,
     at,
-    led,
-    ramped,
+    lead,
+    ramp,
     to_rest,
 )
 from macromicro.control.live.messages import Evidence
@@ -51,7 +51,7 @@ def leave(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided) -> S
     stop = work.stop * p.settings.pitch
     out = p.settings.limits.whole_low if math.isnan(touch.out) else touch.out
     goal = stop - touch.place + out if known else stop + touch.back
-    g, late = led(_gently(q, touch), g, _LEG, goal, s.time, dt)
+    g, late = lead(_gently(q, touch), g, _LEG, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
     inside = arrival.since(q.arrival, goal - place, g.inside, s.time)
@@ -74,23 +74,23 @@ def _down(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided) -> S
     p, q, place, dt = now
     pitch, second = p.settings.pitch, not math.isnan(work.stop)
     speed = touch.slow if second else touch.speed
-    g = g._replace(aim=ramped(q, at(g.aim, dt), -speed, dt))
+    g = g._replace(aim=ramp(q, at(g.aim, dt), -speed, dt))
     g, held = ahead(touch, g, place)
-    pushed = revealed(touch, work, g, place, pitch)
+    pushed = is_revealed(touch, work, g, place, pitch)
     if math.isnan(g.there) or abs(place - g.there) > touch.give or not (held or pushed):
         return s, g._replace(there=place, since=s.time), ()
     if s.time - g.since < touch.stand - TICK and not pushed:
         return s, g, ()
     sure = abs(place - work.stop * pitch) <= touch.give  # never of the first, whose stop is NaN
     cause = "end stop confirmed" if sure else "end stop found"
-    event = t.reported(s, "move", cause, {"stop_raw_counts": s.seen.encoder})
+    event = t.report(s, "move", cause, {"stop_raw_counts": s.seen.encoder})
     felt = work._replace(phase=OUT if sure else BACK, stop=s.seen.encoder, sure=sure)
     aim = REST._replace(position=place)  # what pushed against the stop is forgotten
     g = g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, there=math.nan)
     return s._replace(work=felt), g, (event,)
 
 
-def revealed(touch: Touch, work: Search, g: Guided, place: float, pitch: float) -> bool:
+def is_revealed(touch: Touch, work: Search, g: Guided, place: float, pitch: float) -> bool:
     """Whether a stage has stood long enough under a push that moves a free one."""
     unmoved = abs(place - work.origin * pitch) <= touch.give
     return g.leaning >= (min(touch.reveal, touch.stand) if unmoved else touch.stand) - TICK
@@ -120,20 +120,20 @@ def seek_switch(now: Period, s: LiveState, g: Guided) -> Step:
     if work.phase == OUT:
         return leave(now, touch, s, work, g)
     slow = {SEEK: -touch.speed, UP: touch.speed, EDGE: -touch.slow, CHECK: -seek.rise}
-    g = g._replace(aim=ramped(q, at(g.aim, dt), slow.get(work.phase, seek.rise), dt))
+    g = g._replace(aim=ramp(q, at(g.aim, dt), slow.get(work.phase, seek.rise), dt))
     g, held = ahead(touch, g, place)
     if math.isnan(g.there) or not held or abs(place - g.there) > touch.give:
         g = g._replace(there=place, since=s.time)
     stands = s.time - g.since >= touch.stand - TICK
-    stands = stands or revealed(touch, work, g, place, p.settings.pitch)
-    return _judged(now, touch, s, work, g, stands)
+    stands = stands or is_revealed(touch, work, g, place, p.settings.pitch)
+    return _judge(now, touch, s, work, g, stands)
 
 
 def on(seek: Seek, g: Guided) -> bool:
     return seek.line != "" and bool(getattr(g.lines, seek.line) == 1.0)
 
 
-def debounced(g: Guided, said: bool, now: float, here: float, dt: float) -> Guided:
+def debounce(g: Guided, said: bool, now: float, here: float, dt: float) -> Guided:
     """The debounced state of a switch, and the count at which it began."""
     if said == g.switch:
         return g._replace(turned=math.nan)
@@ -144,7 +144,7 @@ def debounced(g: Guided, said: bool, now: float, here: float, dt: float) -> Guid
     return g._replace(switch=said, turned=math.nan)
 
 
-def _judged(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided, stands: bool) -> Step:
+def _judge(now: Period, touch: Touch, s: LiveState, work: Search, g: Guided, stands: bool) -> Step:
     """What this period's lines say, and whether the stage stands at an obstacle."""
     p, place = now.p, now.place
     seek, lines = touch.seek, g.lines
@@ -188,7 +188,7 @@ def _edge(now: Period, seek: Seek, s: LiveState, work: Search, g: Guided) -> Ste
         again = work._replace(stop=g.edge, expected=math.nan, tries=work.tries + 1)
         return _next(s, again, g, RISE, "switch confirmed")
     if not seek.pulse:
-        return _named(s, work, g, place, g.edge)
+        return _set_position(s, work, g, place, g.edge)
     found = work._replace(expected=g.edge, stop=math.nan, tries=0)
     return _next(s, found, g, PULSE, "switch confirmed")
 
@@ -215,7 +215,7 @@ def _pulse(
         )
         return _given_up(p, s, g, {"reason": reason, "index_from_switch_um": 1e6 * near})
     if abs(count - work.stop) <= SAME:
-        return _named(s, work, g, place, count)
+        return _set_position(s, work, g, place, count)
     if work.tries >= TRIES:
         return _given_up(p, s, g, {"reason": "the index pulses come at varying positions"})
     found = work._replace(stop=count, tries=work.tries + 1)
@@ -239,14 +239,14 @@ def _no_pulse(
 
 
 def _next(s: LiveState, work: Search, g: Guided, phase: int, cause: str) -> Step:
-    event = t.reported(s, "move", cause, {"raw_counts": s.seen.encoder})
+    event = t.report(s, "move", cause, {"raw_counts": s.seen.encoder})
     work = work._replace(phase=phase, origin=s.seen.encoder)
     return s._replace(work=work), g._replace(there=math.nan), (event,)
 
 
-def _named(s: LiveState, work: Search, g: Guided, place: float, count: float) -> Step:
+def _set_position(s: LiveState, work: Search, g: Guided, place: float, count: float) -> Step:
     """Set the position by the count of the home position."""
-    event = t.reported(s, "move", "place found", {"raw_counts": count})
+    event = t.report(s, "move", "place found", {"raw_counts": count})
     aim = REST._replace(position=place)
     g = g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, there=math.nan)
     return s._replace(work=work._replace(phase=OUT, stop=count)), g, (event,)

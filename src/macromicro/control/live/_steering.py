@@ -14,9 +14,9 @@ from macromicro.control.live._effort import (
     Efforts,
     fine_efforts,
     lead_carriage,
-    limited,
+    limit_effort,
     observe,
-    released,
+    without_effort,
 )
 from macromicro.control.live.leading import REST
 from macromicro.control.live.messages import Notice
@@ -29,7 +29,7 @@ from macromicro.control.live.state import (
     LiveState,
     Motion,
     Settle,
-    driven,
+    with_work,
 )
 from macromicro.types import Sample
 
@@ -87,13 +87,13 @@ def step(
     dt: float,
 ) -> tuple[LiveState, Efforts]:
     coarse = s.mode == m.MOVING_MACRO
-    if following.lapsed(s):
+    if following.has_lapsed(s):
         end = brake.start if coarse else _moves.stay
-        return released(end(p, s, m.LOST, t.LAPSED, following.facts(work)))
+        return without_effort(end(p, s, m.LOST, t.LAPSED, following.facts(work)))
     if isinstance(work, Jogged):
         jog = _jog_macro if coarse else _jog_micro
         return jog(p, s, work, sample, dt)
-    work, goal = _led(p, s, motion, work, coarse, dt)
+    work, goal = _lead(p, s, motion, work, coarse, dt)
     follow = _follow_macro if coarse else _follow_micro
     return follow(p, s, work, goal, sample, dt)
 
@@ -111,7 +111,7 @@ def _near(p: LiveParameters, s: LiveState, sample: Sample, reference: float) -> 
     """The micro-stage's reference, no farther ahead of it than it may be."""
     if math.isnan(sample.hall):
         return reference
-    return s.seen.fine + limited(reference - s.seen.fine, p.settings.jogging.micro_lead)
+    return s.seen.fine + limit_effort(reference - s.seen.fine, p.settings.jogging.micro_lead)
 
 
 def _jog_macro(
@@ -125,7 +125,7 @@ def _jog_macro(
         bound = s.limits.macro_high if goal > 0.0 else s.limits.macro_low
         limit = max(math.copysign(1.0, goal) * (bound + s.frame.offset - reference), 0.0)
         goal = math.copysign(min(abs(goal), math.sqrt(2.0 * most * limit)), goal)
-    speed = work.speed + limited(goal - work.speed, most * dt)
+    speed = work.speed + limit_effort(goal - work.speed, most * dt)
     if limit <= abs(speed) * dt:  # at the limit within this period
         reference, speed = reference + math.copysign(limit, work.goal), 0.0
         limit = 0.0
@@ -134,11 +134,11 @@ def _jog_macro(
     carriage = lead_carriage(p, s, sample.encoder, reference, dt)
     held_back = _held_back(work, carriage, True, sample, dt)
     if held_back >= q.jogging.patience - TICK:
-        return released(brake.start(p, s, m.STALLED, t.STALLED))
-    s = driven(s, carriage.drive, work._replace(speed=speed, held_back=held_back))
+        return without_effort(brake.start(p, s, m.STALLED, t.STALLED))
+    s = with_work(s, carriage.drive, work._replace(speed=speed, held_back=held_back))
     arrived = arrival.within(s.laws.sequence, carriage.reference - sample.encoder)
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
-        return released(brake.start(p, s, m.LIMIT, t.LIMIT))
+        return without_effort(brake.start(p, s, m.LIMIT, t.LIMIT))
     return s, Efforts(carriage.motor, 0.0, 1.0)
 
 
@@ -158,18 +158,18 @@ def _jog_micro(
         settle = Settle(s.time, settle.base, EMPTY)
     window = observe(q.fine, settle.window, sample.hall, reference - s.seen.fine, dt)
     settle = Settle(settle.entered, settle.base, window, settle.witness)
-    s = driven(s, s.drive, work._replace(settle=settle))
+    s = with_work(s, s.drive, work._replace(settle=settle))
     if at_limit and window.held >= q.fine.dwell - TICK:
         found = {"micro_mm": reference * 1e3, "error_mm": window.mean * 1e3}
         s, notices = t.conclude(p, s, m.HOLDING, (m.LIMIT, t.LIMIT), found)
         return s, efforts._replace(notices=notices)
     if s.time - settle.entered >= q.fine.patience - TICK:  # since it came to its limit
         facts = {"micro_mm": reference * 1e3}
-        return released(t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), facts))
+        return without_effort(t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), facts))
     return s, efforts
 
 
-def _led(
+def _lead(
     p: LiveParameters, s: LiveState, motion: Motion, work: Followed, coarse: bool, dt: float
 ) -> tuple[Followed, float]:
     """The set point a period later, and where it is to rest, or NaN; m of the homed frame."""
@@ -192,7 +192,7 @@ def _follow_macro(
     apart = not arrival.within(s.laws.sequence, carriage.ahead)
     work = work._replace(held_back=_held_back(work, carriage, apart, sample, dt))
     if work.held_back >= q.jogging.patience - TICK:
-        return released(brake.start(p, s, m.STALLED, t.STALLED, following.facts(work)))
+        return without_effort(brake.start(p, s, m.STALLED, t.STALLED, following.facts(work)))
     if not math.isnan(goal):
         error = goal / q.pitch + s.frame.offset - sample.encoder
         inside = arrival.since(s.laws.sequence, error, work.settle.base, s.time)
@@ -200,10 +200,10 @@ def _follow_macro(
         work = work._replace(settle=Settle(entered, inside, EMPTY))
         found = {"error_counts": error, **following.facts(work)}
         if arrival.arrived(s.laws.sequence, inside, s.time):
-            return released(t.arrived(p, s, found))
+            return without_effort(t.arrived(p, s, found))
         if s.time - entered >= s.laws.sequence.patience - TICK:
-            return released(brake.start(p, s, m.STALLED, t.STALLED, found))
-    return driven(s, carriage.drive, work), Efforts(carriage.motor, 0.0, 1.0)
+            return without_effort(brake.start(p, s, m.STALLED, t.STALLED, found))
+    return with_work(s, carriage.drive, work), Efforts(carriage.motor, 0.0, 1.0)
 
 
 def _follow_micro(
@@ -220,5 +220,5 @@ def _follow_micro(
             s, notices = t.conclude(p, s, m.HOLDING, (m.DONE, t.ON_TARGET), found)
             return s, efforts._replace(notices=notices)
         if s.time - entered >= q.fine.patience - TICK:
-            return released(t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found))
-    return driven(s, s.drive, work), efforts
+            return without_effort(t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found))
+    return with_work(s, s.drive, work), efforts

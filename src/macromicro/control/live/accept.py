@@ -21,7 +21,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.plain import among, shown
+from macromicro.control.live.plain import among, show
 from macromicro.control.live.state import Followed, Jogged, LiveState, Motion, carriage
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
@@ -55,12 +55,12 @@ def _emergency(p: LiveParameters, s: LiveState, request: m.EmergencyStop) -> Ans
     s = s._replace(fan=0.0, drive=t.idle(s.drive)._replace(reset=False))
     lost: tuple[Notice, ...] = ()
     if s.motion is not None:
-        s, lost = t.untrusted(s, t.EMERGENCY + " on the way")
-    s, reply, notices = _off(p, s, m.EMERGENCY, t.EMERGENCY, request.client)
+        s, lost = t.distrust(s, t.EMERGENCY + " on the way")
+    s, reply, notices = _switch_off(p, s, m.EMERGENCY, t.EMERGENCY, request.client)
     return s, reply, (*lost, *notices)
 
 
-def _off(p: LiveParameters, s: LiveState, outcome: str, cause: str, client: str) -> Answer:
+def _switch_off(p: LiveParameters, s: LiveState, outcome: str, cause: str, client: str) -> Answer:
     if s.mode in (m.DISABLED, m.FAULT):
         return s, _OK, ()
     s, notices = t.conclude(p, s, m.DISABLED, (outcome, cause), {"client": client})
@@ -77,9 +77,9 @@ def _stop(p: LiveParameters, s: LiveState, request: m.Stop) -> Answer:
     return s, _OK, ()  # at rest, or coming to rest
 
 
-def _lost(p: LiveParameters, s: LiveState, request: m.LinkLost) -> Answer:
+def _link_lost(p: LiveParameters, s: LiveState, request: m.LinkLost) -> Answer:
     if not among(request.action, ("stop", "hold")):
-        return s, Refused(f"{shown(request.action)} is not an action", '"stop" or "hold"'), ()
+        return s, Refused(f"{show(request.action)} is not an action", '"stop" or "hold"'), ()
     notices: tuple[Notice, ...] = ()
     if s.mode in (m.MOVING_MICRO, m.HOLDING) and request.action == "stop":
         s, notices = t.conclude(p, s, m.STOPPED, (m.LOST, t.LINK_LOST), {})
@@ -101,7 +101,7 @@ def _zero(p: LiveParameters, s: LiveState, request: m.Zero) -> Answer:
     frame, drive = s.frame._replace(zero=here), s.drive._replace(reset=True)
     s = s._replace(frame=frame, drive=drive)
     found = {f"zero_{p.settings.place.base}": here, "client": request.client}
-    return s, _OK, (t.reported(s, "zero", "zero", found),)
+    return s, _OK, (t.report(s, "zero", "zero", found),)
 
 
 def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
@@ -109,9 +109,9 @@ def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
         return s, _FAULT, ()
     on: Any = request.on
     if on is not True and on is not False:
-        return s, Refused(f"{shown(request.on)} is neither on nor off", "True or False"), ()
+        return s, Refused(f"{show(request.on)} is neither on nor off", "True or False"), ()
     s = s._replace(fan=1.0 if request.on else 0.0)
-    return s, _OK, (t.reported(s, "fan", "fan", {"on": request.on, "client": request.client}),)
+    return s, _OK, (t.report(s, "fan", "fan", {"on": request.on, "client": request.client}),)
 
 
 def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
@@ -153,7 +153,7 @@ def begin(
     """Begin a motion, in place of one under way if there is one."""
     if isinstance(motion, Refused):
         return s, motion, ()
-    s, ends = t.finished(p, s, m.SUPERSEDED, {"by": motion.kind})
+    s, ends = t.finish(p, s, m.SUPERSEDED, {"by": motion.kind})
     s, notices = start(s._replace(given=motion.id), motion)
     return s, Accepted(motion.id), (*ends, *notices)
 
@@ -290,7 +290,7 @@ _NO_SAMPLE = Refused("the sensors have not answered yet", "try again")
 
 _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.Enable: _enable,
-    m.Disable: lambda p, s, r: _off(p, s, m.STOPPED_BY_REQUEST, t.DISABLE, r.client),
+    m.Disable: lambda p, s, r: _switch_off(p, s, m.STOPPED_BY_REQUEST, t.DISABLE, r.client),
     m.Home: _home,
     m.MoveTo: lambda p, s, r: _whole(p, s, r.position, "move to", r.replace),
     m.MoveBy: _move_by,
@@ -310,5 +310,5 @@ _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.SetSpeed: lambda p, s, request: (s, _NO_SPEED, ()),
     m.SetLimits: lambda p, s, request: targets.change_limits(p, s, request.limits),
     m.ClearFault: _clear,
-    m.LinkLost: _lost,
+    m.LinkLost: _link_lost,
 }

@@ -57,7 +57,7 @@ def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     if isinstance(request, m.AXES_MOVES) or among(named, (*m.AXES, m.ALL)):
         return _AXES_ONLY
     for stage in m.STAGES:
-        if stage not in stages and stage in _needed(request):
+        if stage not in stages and stage in _needed_stages(request):
             sensor = SENSORS[stage]
             return Refused(
                 f"this machine has no {stage}-stage: its rig measures no {sensor}",
@@ -66,7 +66,7 @@ def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     return None
 
 
-def _needed(request: Any) -> frozenset[str]:
+def _needed_stages(request: Any) -> frozenset[str]:
     kind = type(request)
     if kind in _NEEDS:
         return frozenset({_NEEDS[kind]})

@@ -6,7 +6,7 @@ import math
 
 from macromicro.control.arrival import TICK
 from macromicro.control.live import messages as m
-from macromicro.control.live._effort import Efforts, macro_effort, released
+from macromicro.control.live._effort import Efforts, macro_effort, without_effort
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -19,7 +19,7 @@ from macromicro.control.live.state import (
     Motion,
     Running,
 )
-from macromicro.control.live.transitions import finished, go
+from macromicro.control.live.transitions import finish, go
 from macromicro.types import Sample
 
 
@@ -56,7 +56,7 @@ def step(
     if not late and (math.isnan(sample.encoder) or s.seen.standing < p.settings.brake.rest - TICK):
         return s, Efforts()
     rested = s.seen.standing >= p.settings.brake.rest - TICK
-    return released(end(p, s, work, rested, allowed_counts=work.allowed))
+    return without_effort(end(p, s, work, rested, allowed_counts=work.allowed))
 
 
 def end(
@@ -67,7 +67,7 @@ def end(
     evidence: Evidence = {"way_counts": way, **more, "cause": work.cause, **work.found}
     if not rested:
         evidence["rest"] = "did not come to rest in time"
-    return finished(p, s, work.outcome if rested else m.STALLED, evidence)
+    return finish(p, s, work.outcome if rested else m.STALLED, evidence)
 
 
 def _slow_down(

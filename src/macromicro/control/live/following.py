@@ -24,7 +24,7 @@ def bounds(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[float, floa
     return q.macro_low * p.settings.pitch, q.macro_high * p.settings.pitch
 
 
-def heard(
+def take_set_point(
     p: LiveParameters, s: LiveState, position: float, velocity: float, age: float
 ) -> tuple[LiveState, tuple[Notice, ...]]:
     """The machine after a set point that is `age` seconds old; nothing where it does not follow."""
@@ -49,17 +49,17 @@ def heard(
     names = (f"position_{place.unit}", f"low_{place.unit}", f"high_{place.unit}")
     values = (each * place.per for each in (position, low, high))
     facts: Evidence = dict(zip(names, values, strict=True))
-    return s, (t.reported(s, "follow", "set point clipped to the soft limits", facts),)
+    return s, (t.report(s, "follow", "set point clipped to the soft limits", facts),)
 
 
-def renewed(s: LiveState) -> LiveState:
+def renew(s: LiveState) -> LiveState:
     """The machine after its client has renewed a jog."""
     if not isinstance(s.work, Jogged):
         return s
     return s._replace(work=s.work._replace(renewed=s.time))
 
 
-def lapsed(s: LiveState) -> bool:
+def has_lapsed(s: LiveState) -> bool:
     """Whether a jog was not renewed, or no set point came, for the hold time."""
     work = s.work
     if isinstance(work, Jogged):

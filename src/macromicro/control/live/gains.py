@@ -9,7 +9,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Change, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.plain import shown
+from macromicro.control.live.plain import show
 from macromicro.control.live.state import REST, LiveState, Running, busy
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
@@ -25,7 +25,7 @@ def change(
 ) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
     if refused := waits(p, s):
         return s, refused, ()
-    found = taken(s.control, changes, FIXED)
+    found = take_changes(s.control, changes, FIXED)
     if isinstance(found, Refused):
         return s, found, ()
     new: Control = found[0]
@@ -38,7 +38,7 @@ def change(
     if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
         return s, Refused("a motion is under way", "change the law when it has ended"), ()
     s = _put(p, s, new)
-    return s, Accepted(0, found[1]), (told(s, found[1]),)
+    return s, Accepted(0, found[1]), (gains_event(s, found[1]),)
 
 
 def waits(p: LiveParameters, s: LiveState) -> Refused | None:
@@ -48,14 +48,14 @@ def waits(p: LiveParameters, s: LiveState) -> Refused | None:
     return None
 
 
-def taken(
+def take_changes(
     control: Any, changes: Any, fixed: tuple[str, ...] = ()
 ) -> tuple[Any, tuple[Change, ...]] | Refused:
     known = {e.path: e for e in entries(control)}
     done: list[Change] = []
     pairs = changes if isinstance(changes, tuple) and changes else (None,)
     for pair in pairs:
-        one = _taken(known, pair, fixed)
+        one = _take_change(known, pair, fixed)
         if isinstance(one, Refused):
             return one
         control = replaced(control, one.path, one.new)
@@ -74,10 +74,10 @@ def unfit(tree: Any) -> Refused | None:
     return None
 
 
-def told(s: LiveState, done: tuple[Change, ...]) -> Notice:
+def gains_event(s: LiveState, done: tuple[Change, ...]) -> Notice:
     """The event of new gains."""
     facts = {c.path: {"old": c.old, "new": c.new} for c in done}
-    return t.reported(s, "gains", "set gains", facts)
+    return t.report(s, "gains", "set gains", facts)
 
 
 def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
@@ -92,19 +92,19 @@ def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
         integral = 0.0
     drive = s.drive._replace(integral=integral)
     if new.micro_law != s.control.micro_law:
-        drive = drive._replace(fine=micro.begun(laws.fine))
-    if laws.sequence.park != s.laws.sequence.park and _parked(s):
+        drive = drive._replace(fine=micro.begin(laws.fine))
+    if laws.sequence.park != s.laws.sequence.park and _is_parked(s):
         # What is held from now on is where the carriage is, wherever it was parked.
         drive = drive._replace(macro_reference=s.seen.encoder, memory=REST)
     return s._replace(control=new, laws=laws, drive=drive)
 
 
-def _parked(s: LiveState) -> bool:
+def _is_parked(s: LiveState) -> bool:
     """Whether the micro-stage has its turn outside of a programme."""
     return s.mode in (m.HOLDING, m.MOVING_MICRO) and not isinstance(s.work, Running)
 
 
-def _taken(known: dict[str, Entry], pair: Any, fixed: tuple[str, ...]) -> Change | Refused:
+def _take_change(known: dict[str, Entry], pair: Any, fixed: tuple[str, ...]) -> Change | Refused:
     if not isinstance(pair, tuple) or len(pair) != 2:
         return Refused("the setting or its value is missing", LIST)
     path, value = pair
@@ -112,10 +112,10 @@ def _taken(known: dict[str, Entry], pair: Any, fixed: tuple[str, ...]) -> Change
     if path in fixed:
         return Refused(f"{path} follows from the machine", "set it in the settings file")
     if entry is None:
-        return Refused(f"{shown(path)} is not a setting of the controller", LIST)
+        return Refused(f"{show(path)} is not a setting of the controller", LIST)
     try:
         return Change(path, entry.value, entry.check(value, path))
     except InputError as error:
         return Refused(
-            f"{path}: {shown(entry.par.given(value))}", f"accepted: {error.accepted}; {LIST}"
+            f"{path}: {show(entry.par.given(value))}", f"accepted: {error.accepted}; {LIST}"
         )

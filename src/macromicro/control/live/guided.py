@@ -26,9 +26,9 @@ from macromicro.control.live.leading import (
     Touch,
     ahead,
     at,
-    braked,
-    led,
-    ramped,
+    decelerate,
+    lead,
+    ramp,
     to_rest,
 )
 from macromicro.control.live.machine import Look, perceive
@@ -76,19 +76,19 @@ def step(
 ) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
     s, sample = perceive(p, s, sample, dt, look)
     place = s.seen.encoder * p.settings.pitch
-    g = _seen(p, g._replace(lines=lines, later=()), place, s.time)
+    g = _note_reading(p, g._replace(lines=lines, later=()), place, s.time)
     if q.touch is not None and q.touch.seek is not None:
         said = _seeking.on(q.touch.seek, g)
-        g = _seeking.debounced(g, said, s.time, s.seen.encoder, dt)
-    g = _marked(q, s, g, place - s.frame.offset * p.settings.pitch)
+        g = _seeking.debounce(g, said, s.time, s.seen.encoder, dt)
+    g = _mark_limit(q, s, g, place - s.frame.offset * p.settings.pitch)
     released = q.heats and s.mode == m.STOPPED and s.work is None
     origin = s.frame.offset * p.settings.pitch if s.frame.trusted else math.nan
     if s.mode in (m.DISABLED, m.FAULT) or released:  # else it has been seen, or was not enabled
         return s, g._replace(on=False), Course(origin=origin), ()
     if not g.on:  # the law begins where the stage is
-        g = _fresh(g, place)._replace(on_since=s.time)
+        g = _without_memory(g, place)._replace(on_since=s.time)
     if s.time - g.on_since < q.rise - TICK:
-        g = _fresh(g, place)
+        g = _without_memory(g, place)
         waiting = Course(True, g.aim, restart=g.restart, waiting=True, origin=origin)
         return s, g, waiting, ()
     notices: tuple[Notice, ...] = ()
@@ -96,7 +96,7 @@ def step(
     if work is not None:
         s, g, notices = work(Period(p, q, place, dt), s, g._replace(calm=False))
     else:
-        g = _calmed(q, braked(q, g, dt), place, s.time)
+        g = _calm(q, decelerate(q, g, dt), place, s.time)
     low, high, offset = -math.inf, math.inf, s.frame.offset * p.settings.pitch
     effort = speed = leant = math.inf
     homing = isinstance(s.work, Search)
@@ -113,14 +113,14 @@ def step(
     return s, g._replace(on=on), course, notices
 
 
-def _seen(p: LiveParameters, g: Guided, place: float, now: float) -> Guided:
+def _note_reading(p: LiveParameters, g: Guided, place: float, now: float) -> Guided:
     """Remember the set point at the last change of the reading."""
     if abs(place - g.stood) <= CHANGED * p.settings.pitch:
         return g
     return g._replace(stood=place, asked=g.aim.position, stood_since=now)
 
 
-def _calmed(q: Guide, g: Guided, place: float, now: float) -> Guided:
+def _calm(q: Guide, g: Guided, place: float, now: float) -> Guided:
     """Switch the law off once, after a motion has ended on a stage that friction holds."""
     if (
         not q.rubs
@@ -141,18 +141,18 @@ def leans(q: Touch, work: Any) -> float:
     return q.reveal if away else q.stand + SPARE
 
 
-def _fresh(g: Guided, place: float) -> Guided:
+def _without_memory(g: Guided, place: float) -> Guided:
     return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan)
 
 
-def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
+def _mark_limit(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
     """Limit the speed from a tripped limit switch on until the stage is within its soft limits."""
     low = g.lines.limit_low != 0.0 or (g.off_low and s.frame.trusted and place < q.low)
     high = g.lines.limit_high != 0.0 or (g.off_high and s.frame.trusted and place > q.high)
     return g._replace(off_low=low, off_high=high)
 
 
-def slowed(q: Guide, g: Guided) -> Guide:
+def slow_limits(q: Guide, g: Guided) -> Guide:
     """The motion limits of a stage that may be returning from a limit switch."""
     if g.off_low or g.off_high:
         return q._replace(velocity=min(q.velocity, q.leave))
@@ -170,10 +170,10 @@ def follow(now: Period, s: LiveState, g: Guided) -> Step:
     (p, q, place, dt), motion = now, s.motion
     assert motion is not None
     goal = motion.coarse * p.settings.pitch
-    g, late = led(slowed(q, g), g, motion.id, goal, s.time, dt)
+    g, late = lead(slow_limits(q, g), g, motion.id, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
-    g, there = reached(q, g, goal, place, s.time)
+    g, there = has_reached(q, g, goal, place, s.time)
     unit = p.settings.place
     found = {f"error_{unit.fine}": (goal - place) * unit.fines, "seconds": s.time - motion.began}
     if there:
@@ -189,16 +189,16 @@ def follow_points(now: Period, s: LiveState, g: Guided) -> Step:
     (p, q, place, dt), work, motion = now, s.work, s.motion
     assert isinstance(work, Followed) and motion is not None
     if g.motion != motion.id:  # the set point comes to rest first
-        g = braked(q, g, dt)
+        g = decelerate(q, g, dt)
         if g.aim.velocity != 0.0:
             return s, g, ()
         g, work = g._replace(motion=motion.id, inside=math.nan), work._replace(track=None)
     offset = s.frame.offset * p.settings.pitch
     here = g.aim if work.track is None else work.track.aim
-    if following.lapsed(s):
-        g = g._replace(aim=ramped(q, here, 0.0, dt))
+    if following.has_lapsed(s):
+        g = g._replace(aim=ramp(q, here, 0.0, dt))
         return to_rest(p, s, g, m.LOST, t.LAPSED, following.facts(work))
-    rates = slowed(q, g).velocity, q.acceleration, q.jerk
+    rates = slow_limits(q, g).velocity, q.acceleration, q.jerk
     ends = following.bounds(p, s, motion)
     work, goal, aim, later = following.led(work, rates, ends, here, s.time, dt, offset)
     g = g._replace(aim=aim, later=later)
@@ -206,7 +206,7 @@ def follow_points(now: Period, s: LiveState, g: Guided) -> Step:
         return s._replace(work=work), g, ()
     entered = s.time if math.isnan(work.settle.entered) else work.settle.entered
     s = s._replace(work=work._replace(settle=work.settle._replace(entered=entered)))
-    g, there = reached(q, g, goal.position, place, s.time)
+    g, there = has_reached(q, g, goal.position, place, s.time)
     unit = p.settings.place
     found = {f"error_{unit.fine}": (goal.position - place) * unit.fines, **following.facts(work)}
     if there:
@@ -225,7 +225,7 @@ def let_go(g: Guided, place: float) -> Guided:
     return g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, asked=place)
 
 
-def reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple[Guided, bool]:
+def has_reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple[Guided, bool]:
     inside = arrival.since(q.arrival, goal - place, g.inside, now)
     return g._replace(inside=inside), arrival.arrived(q.arrival, inside, now)
 
@@ -236,11 +236,11 @@ def _stands(g: Guided) -> bool:
 
 def _alone(q: Guide, g: Guided, dt: float) -> tuple[Guided, bool]:
     """Its own way to rest, and whether the set point is there."""
-    g = braked(q, g, dt)
+    g = decelerate(q, g, dt)
     return g, _stands(g)
 
 
-def _unanswered(q: Guide, g: Guided, dt: float) -> bool:
+def _is_unanswered(q: Guide, g: Guided, dt: float) -> bool:
     """Whether the set point has moved on while the reading has not changed."""
     short = BEHIND * q.arrival.tolerance + 0.5 * q.acceleration * (LAST * dt) ** 2
     return abs(g.aim.position - g.asked) > short
@@ -262,7 +262,7 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
         # What leaned on something is let go: it is held where it is.
         g = let_go(g, place)
     stood = s.time - max(g.stood_since, g.leant)
-    dead = q.rubs and stood >= HUSH * q.arrival.dwell - TICK and _unanswered(q, g, dt)
+    dead = q.rubs and stood >= HUSH * q.arrival.dwell - TICK and _is_unanswered(q, g, dt)
     g, stands = brake(q, g, dt)
     off = g.aim.position - place
     inside = arrival.since(q.arrival, off, g.inside, s.time) if stands else math.nan
@@ -271,7 +271,7 @@ def slow_down(now: Period, s: LiveState, g: Guided, brake: Brake = _alone) -> St
     lost: tuple[Notice, ...] = ()
     rested = rested or (q.rubs and stands and stood >= q.arrival.dwell - TICK)
     if dead:
-        s, lost = t.untrusted(s, DEAD)
+        s, lost = t.distrust(s, DEAD)
     if q.rubs and (dead or rested):  # no push that its reading does not answer drives it on
         g = let_go(g, place)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
@@ -285,8 +285,8 @@ def jog(now: Period, s: LiveState, g: Guided) -> Step:
     (p, q, place, dt), work = now, s.work
     assert isinstance(work, Jogged)
     pitch, aim = p.settings.pitch, at(g.aim, dt)
-    if following.lapsed(s):
-        g = g._replace(aim=ramped(q, aim, 0.0, dt))
+    if following.has_lapsed(s):
+        g = g._replace(aim=ramp(q, aim, 0.0, dt))
         return to_rest(p, s, g, m.LOST, t.LAPSED, following.facts(work))
     goal = work.goal * pitch
     if g.off_low or g.off_high:
@@ -297,11 +297,11 @@ def jog(now: Period, s: LiveState, g: Guided) -> Step:
         # Of the way that is left, one period's is kept in hand.
         left = max(way - abs(aim.velocity) * dt, 0.0)
         goal = math.copysign(min(abs(goal), math.sqrt(2.0 * q.acceleration * left)), goal)
-        g = g._replace(aim=ramped(q, aim, goal, dt))
+        g = g._replace(aim=ramp(q, aim, goal, dt))
         if left <= 0.0:
             return to_rest(p, s, g, m.LIMIT, t.LIMIT)
         return s, g, ()
-    g = g._replace(aim=ramped(q, aim, goal, dt))
+    g = g._replace(aim=ramp(q, aim, goal, dt))
     if q.touch is None:
         return s, g, ()
     g, leant = ahead(q.touch, g, place)

@@ -161,26 +161,26 @@ def later(pieces: Iterable[Segment], goal: float, begin: float, dt: float) -> tu
     return tuple(found)
 
 
-def ramped(q: Guide, aim: Aim, goal: float, dt: float) -> Aim:
+def ramp(q: Guide, aim: Aim, goal: float, dt: float) -> Aim:
     """A set point that approaches a speed at the greatest acceleration."""
     change = min(max(goal - aim.velocity, -q.acceleration * dt), q.acceleration * dt)
     return Aim(aim.position, aim.velocity, change / dt, 0.0)
 
 
-def braked(q: Guide, g: Guided, dt: float) -> Guided:
+def decelerate(q: Guide, g: Guided, dt: float) -> Guided:
     """The set point a period later while it decelerates."""
     aim = at(g.aim, dt)
     if abs(aim.velocity) <= q.velocity * 1e-9:
         return g._replace(aim=REST._replace(position=aim.position))
-    return g._replace(aim=ramped(q, aim, 0.0, dt))
+    return g._replace(aim=ramp(q, aim, 0.0, dt))
 
 
-def led(
+def lead(
     q: Guide, g: Guided, motion: int, goal: float, now: float, dt: float
 ) -> tuple[Guided, float]:
     """The set point on the quickest profile to a goal."""
     if g.motion != motion:
-        g = braked(q, g, dt)
+        g = decelerate(q, g, dt)
         if g.aim.velocity != 0.0:
             return g, -math.inf
         here = g.aim.position

@@ -10,7 +10,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import _homing, _moves, _programme, _steering, brake, state, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import NONE, Efforts, rested
+from macromicro.control.live._effort import NONE, Efforts, rest_law
 from macromicro.control.live.accept import accept
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import Edges, LiveParameters
@@ -32,13 +32,13 @@ def step(
 ) -> tuple[LiveState, Command, Outputs, tuple[Notice, ...]]:
     """One control period; 0 V in disabled, ready, fault, and in stopped once at rest."""
     s, sample = perceive(p, s, sample, dt, look)
-    if s.survey.apart >= p.settings.edges.span - TICK and _driven(s):
+    if s.survey.apart >= p.settings.edges.span - TICK and _is_driven(s):
         s, notices = fault(p, s, DISAGREE, _disagreement(p, s), position_lost=True)
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
     s, efforts = _work(p, s, sample, dt)
     motor, ctrl, macro_active, micro_active, notices = efforts
     if micro_active < 0.5 and not isinstance(s.work, state.Running):  # whose supervisor sees to it
-        s = rested(s, dt)
+        s = rest_law(s, dt)
     if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold a missing stage
         motor, macro_active = 0.0, 0.0
     d = s.drive
@@ -115,10 +115,10 @@ def perceive(
     else:
         position = (last - frame.offset) * q.pitch + fine
     seen = state.Seen(last, speed, standing, fine, position)
-    return state.perceived(s, (time, shift), seen, frame, watched), sample
+    return state.with_sample(s, (time, shift), seen, frame, watched), sample
 
 
-def _driven(s: LiveState) -> bool:
+def _is_driven(s: LiveState) -> bool:
     """Whether the motor is active, or was just now; until then laser and Hall are not compared."""
     return s.mode in (m.HOMING, m.MOVING_MACRO, m.SETTLING) or (
         s.mode == m.STOPPED and s.motion is not None
@@ -144,7 +144,7 @@ def fault(
         return s, ()
     lost: tuple[Notice, ...] = ()
     if s.motion is not None or position_lost:
-        s, lost = t.untrusted(s, f"fault: {words}")
+        s, lost = t.distrust(s, f"fault: {words}")
     drive = t.idle(s.drive)._replace(reset=False)
     s = s._replace(fault=state.Trouble(state.now(s), words, evidence), fan=0.0, drive=drive)
     facts = {"words": words, **evidence}
@@ -162,9 +162,9 @@ def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple
     known = math.isfinite(state.uncertainty(p, s))
     if known == math.isfinite(before):
         return s, ()
-    return s, (t.reported(s, "trust", words or "the Hall sensor is back", {"trusted": known}),)
+    return s, (t.report(s, "trust", words or "the Hall sensor is back", {"trusted": known}),)
 
 
 def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
     """Note that counts may have been missed: the position is no longer trusted."""
-    return t.untrusted(s, words)
+    return t.distrust(s, words)

@@ -8,7 +8,7 @@ from typing import Any
 _MOST = 80  # characters
 
 
-def shown(value: Any, most: int = _MOST) -> str:
+def show(value: Any, most: int = _MOST) -> str:
     """A value as Python writes it, shortened."""
     try:
         words = repr(value)
@@ -17,7 +17,7 @@ def shown(value: Any, most: int = _MOST) -> str:
     return words if len(words) <= most else words[: most - 3] + "..."
 
 
-def listed(names: Sequence[str], word: str = "or") -> str:
+def list_names(names: Sequence[str], word: str = "or") -> str:
     """Names in quotes, for a message."""
     quoted = [f'"{name}"' for name in names]
     return f" {word} ".join([", ".join(quoted[:-1]), quoted[-1]] if quoted[1:] else quoted)

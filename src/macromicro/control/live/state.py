@@ -215,7 +215,7 @@ def begin(
         p.settings.limits,
         Seen(NAN, 0.0, 0.0, NAN if m.MICRO in p.stages else 0.0, NAN),
         Frame(NAN, first, (trusted and known) or alone, 0.0, known, not alone),
-        Drive(0.0, 0.0, REST, 0.0, False, micro.begun(laws.fine)),
+        Drive(0.0, 0.0, REST, 0.0, False, micro.begin(laws.fine)),
         None,
         None,
         NOWHERE,
@@ -227,7 +227,7 @@ def begin(
 
 # The two that follow run each period. They call the constructor, which takes a third of the time
 # of `_replace`.
-def perceived(
+def with_sample(
     s: LiveState, times: tuple[float, float], seen: Seen, frame: Frame, watched: Survey
 ) -> LiveState:
     """The machine after a sample."""
@@ -238,7 +238,7 @@ def perceived(
     )  # fmt: skip
 
 
-def driven(s: LiveState, drive: Drive, work: Work | None) -> LiveState:
+def with_work(s: LiveState, drive: Drive, work: Work | None) -> LiveState:
     """The machine after a period of its work."""
     return LiveState(
         s.mode, s.time, s.control, s.laws, s.limits, s.seen, s.frame, drive, s.motion, work,

@@ -209,7 +209,7 @@ def contradiction(v: Survey, position: float, pitch: float, offset: float) -> fl
     return off + pitch if off > 0.5 * pitch + slack else 0.0
 
 
-def homed(q: Edges, v: Survey, offset: float) -> Survey:
+def rebase(q: Edges, v: Survey, offset: float) -> Survey:
     """The survey after the count of coordinate 0 has changed (`offset` in raw counts)."""
     return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
 

@@ -12,7 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import Live, LiveParameters, SoftLimits
-from macromicro.control.live.plain import among, shown
+from macromicro.control.live.plain import among, show
 from macromicro.control.live.state import (
     NAN,
     LiveState,
@@ -37,7 +37,7 @@ def number(value: Any, what: str, unit: str) -> Refused | None:
     """Refuse what is not a finite number."""
     if finite(value):
         return None
-    return Refused(f"{what} {shown(value)} is not a finite number", f"give it in {unit}", True)
+    return Refused(f"{what} {show(value)} is not a finite number", f"give it in {unit}", True)
 
 
 def _beyond(
@@ -152,16 +152,16 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
 def follow(s: LiveState, stage: Any, hold: Any) -> Motion | Refused:
     """A motion that follows streamed set points."""
     if not among(stage, m.STAGES):
-        return Refused(f"{shown(stage)} is not a stage", 'name "macro" or "micro"')
-    refusal = _held(hold, m.SHORTEST_HOLD, m.LONGEST_HOLD)
+        return Refused(f"{show(stage)} is not a stage", 'name "macro" or "micro"')
+    refusal = _check_hold(hold, m.SHORTEST_HOLD, m.LONGEST_HOLD)
     return refusal or _motion(s, f"follow {stage}", NAN, NAN, NAN)
 
 
-def _held(hold: Any, least: float, most: float) -> Refused | None:
+def _check_hold(hold: Any, least: float, most: float) -> Refused | None:
     """Refuse what is no hold time."""
     if finite(hold) and least <= hold <= most:
         return None
-    return Refused(f"{shown(hold)} s is not a hold time", f"from {least:g} to {most:g} s", True)
+    return Refused(f"{show(hold)} s is not a hold time", f"from {least:g} to {most:g} s", True)
 
 
 def jog(
@@ -170,10 +170,10 @@ def jog(
     """A jog; an untrusted carriage may only creep."""
     q, limits = p.settings.jogging, s.limits
     if not among(stage, m.STAGES):
-        return Refused(f"{shown(stage)} is not a stage", 'name "macro" or "micro"')
+        return Refused(f"{show(stage)} is not a stage", 'name "macro" or "micro"')
     most = q.micro if stage == m.MICRO else q.macro if s.frame.trusted else q.slow
     refusal = number(speed, "speed", p.settings.place.named("m/s"))
-    refusal = refusal or _held(hold, 0.0, m.JOG_HOLD)
+    refusal = refusal or _check_hold(hold, 0.0, m.JOG_HOLD)
     if refusal:
         return refusal
     if abs(speed) > most:
@@ -260,18 +260,18 @@ def change_limits(
     names = [name for name in own._fields if getattr(new, name) != getattr(s.limits, name)]
     changed = {n: {"old": getattr(s.limits, n), "new": getattr(new, n)} for n in names}
     s = s._replace(limits=new)
-    return s, Accepted(), (t.reported(s, "limits", "set limits", changed),)
+    return s, Accepted(), (t.report(s, "limits", "set limits", changed),)
 
 
 def _problem(own: SoftLimits, new: Any, place: Place) -> Refused | None:
     if not isinstance(new, SoftLimits):
-        return Refused(f"{shown(new)} are not soft limits", "give control.live's SoftLimits")
+        return Refused(f"{show(new)} are not soft limits", "give control.live's SoftLimits")
     for stage, (whose, unit, scale) in _words(place).items():
         low, high = getattr(new, f"{stage}_low"), getattr(new, f"{stage}_high")
         lowest, highest = getattr(own, f"{stage}_low"), getattr(own, f"{stage}_high")
         if not (finite(low) and finite(high)) or not lowest <= low < high <= highest:
             return Refused(
-                f"soft limits of {_read(low, scale)} to {_read(high, scale)} {unit} for {whose}",
+                f"soft limits of {_text(low, scale)} to {_text(high, scale)} {unit} for {whose}",
                 f"give them from {lowest * scale:.9g} to {highest * scale:.9g} {unit}, the lower "
                 "one first",
                 True,
@@ -279,5 +279,5 @@ def _problem(own: SoftLimits, new: Any, place: Place) -> Refused | None:
     return None
 
 
-def _read(value: Any, scale: float) -> str:
-    return f"{value * scale:.9g}" if finite(value) else shown(value, 40)
+def _text(value: Any, scale: float) -> str:
+    return f"{value * scale:.9g}" if finite(value) else show(value, 40)

@@ -55,7 +55,7 @@ def stop(q: Limits, aim: Aim) -> tuple[Segment, ...]:
     return tuple(pieces)
 
 
-def _kept(q: Limits, pieces: tuple[Segment, ...]) -> bool:
+def _within_limits(q: Limits, pieces: tuple[Segment, ...]) -> bool:
     """Whether positions and speeds stay within the limits on these pieces."""
     span = max(q.high - q.low, abs(q.low), abs(q.high)) if math.isfinite(q.high - q.low) else 0.0
     low, high = q.low - _NEAR * span, q.high + _NEAR * span
@@ -109,7 +109,7 @@ def _approach(q: Limits, way: float, pace: float) -> tuple[float, float]:
     return speed, most / root if speed == far else 0.0
 
 
-def wished(q: Limits, aim: Aim, target: Aim, dt: float) -> float:
+def wanted_jerk(q: Limits, aim: Aim, target: Aim, dt: float) -> float:
     """The jerk that a follower would like: linear near the target, less for large errors."""
     pace = PACE / dt
     error = target.position - aim.position
@@ -141,11 +141,11 @@ def step(q: Limits, track: Track, target: Aim, dt: float) -> tuple[Track, Aim, t
         rest = Aim(target.position, 0.0, 0.0, 0.0)
         return Track(rest, ()), rest, ()
     ease = min(max(-here.acceleration / dt, -q.jerk), q.jerk)
-    for jerk in (wished(q, here, target, dt), ease):
+    for jerk in (wanted_jerk(q, here, target, dt), ease):
         aim = here._replace(jerk=jerk)
         after = at(aim, dt)
         way = stop(q, after)
-        if _kept(q, (Segment(dt, *aim), *way)):
+        if _within_limits(q, (Segment(dt, *aim), *way)):
             return Track(after._replace(jerk=0.0), way), aim, ()
     return stopping(track, dt)
 

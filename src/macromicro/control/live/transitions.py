@@ -95,24 +95,24 @@ def go(s: LiveState, mode: int, cause: str, evidence: Evidence) -> tuple[LiveSta
     return s._replace(mode=mode), event
 
 
-def reported(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
+def report(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
     """An event without a transition."""
     return Event(now(s), kind, m.MODES[s.mode], m.MODES[s.mode], cause, evidence)
 
 
-def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
+def distrust(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
     """The machine with an unknown position."""
     if not s.frame.trusted or not s.frame.carriage:  # what stands cannot be lost
         return s, ()
     s = s._replace(frame=s.frame._replace(trusted=False))
-    return s, (reported(s, "trust", why, {"trusted": False}),)
+    return s, (report(s, "trust", why, {"trusted": False}),)
 
 
-def trusted(s: LiveState, why: str, offset: float) -> tuple[LiveState, Event]:
+def trust(s: LiveState, why: str, offset: float) -> tuple[LiveState, Event]:
     """The machine with its position known again."""
     frame = s.frame._replace(offset=offset, trusted=True, named=True)
     facts = {"trusted": True, "offset_raw_counts": offset}
-    return s._replace(frame=frame), reported(s, "trust", why, facts)
+    return s._replace(frame=frame), report(s, "trust", why, facts)
 
 
 def homed(
@@ -126,10 +126,10 @@ def homed(
     }
     s = s._replace(
         frame=Frame(offset, 0.0, True, s.frame.zero, named=True),
-        survey=survey.homed(p.settings.edges, s.survey, offset),
+        survey=survey.rebase(p.settings.edges, s.survey, offset),
     )
     s = s._replace(seen=s.seen._replace(position=position(p, s)))
-    trust = reported(s, "trust", "homed", {"trusted": True, **found})
+    trust = report(s, "trust", "homed", {"trusted": True, **found})
     s, notices = conclude(p, s, m.READY, (m.DONE, HOMED), found)
     return s, (trust, *notices)
 
@@ -139,7 +139,7 @@ def idle(d: Drive) -> Drive:
     return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset, d.fine)
 
 
-def finished(
+def finish(
     p: LiveParameters, s: LiveState, outcome: str, evidence: Evidence
 ) -> tuple[LiveState, tuple[Finished, ...]]:
     """End the motion under way, if any; the mode stays."""
@@ -169,7 +169,7 @@ def conclude(
     p: LiveParameters, s: LiveState, mode: int, how: tuple[str, str], evidence: Evidence
 ) -> tuple[LiveState, tuple[Notice, ...]]:
     outcome, cause = how
-    s, ends = finished(p, s, outcome, evidence)
+    s, ends = finish(p, s, outcome, evidence)
     s, event = go(s, mode, cause, evidence)
     if mode != m.HOLDING:  # only a carriage that has arrived stays on target with both stages off
         target = s.target._replace(micro=NAN) if mode == m.READY else NOWHERE

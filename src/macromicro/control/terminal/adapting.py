@@ -12,7 +12,7 @@ from macromicro.control.terminal.model import Terminal
 LEAST = 50  # periods of motion; fewer tell too little
 
 
-def adapted(p: Terminal, run: Mapping[str, Array]) -> Terminal:
+def adapt(p: Terminal, run: Mapping[str, Array]) -> Terminal:
     """The model with the Coulomb friction that the law found: the median over motion of a run."""
     moving = run["friction"][np.abs(run["speed"]) > 0.0]
     if len(moving) < LEAST:

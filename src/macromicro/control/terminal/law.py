@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 from macromicro.columns import Meaning, Quantity
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.control.terminal import estimate, landing, model
-from macromicro.control.terminal.adapting import adapted
+from macromicro.control.terminal.adapting import adapt
 from macromicro.control.terminal.estimate import Belief, Spread
 from macromicro.control.terminal.model import FEWEST, MOST, Motion, Terminal
 from macromicro.kernel import kernel
@@ -300,6 +300,6 @@ TERMINAL = StageLaw(
     step,
     compensated=False,
     again=again,
-    kept=adapted,
+    kept=adapt,
     model_of="macro",
 )

@@ -9,7 +9,7 @@ from typing import Any
 
 from macromicro.errors import InputError, ProblemError, naming_arguments
 from macromicro.identify.notices import PoorFitWarning, notice
-from macromicro.identify.picking import Picking, chosen, there
+from macromicro.identify.picking import Picking, parse_pairs, there
 from macromicro.identify.result import Result
 from macromicro.schema.text import printable
 
@@ -66,10 +66,10 @@ def from_files(
     names = [files] if isinstance(files, str | PathLike) else list(files)
     pairs = [f"{role}={name}" for role, name in (columns or {}).items()]
     with naming_arguments():
-        return fitted(kind, Picking(there([fspath(n) for n in names]), chosen(pairs)), **options)
+        return fit(kind, Picking(there([fspath(n) for n in names]), parse_pairs(pairs)), **options)
 
 
-def fitted(kind: str, what: Picking, **options: Any) -> Result:
+def fit(kind: str, what: Picking, **options: Any) -> Result:
     import numpy as np
 
     if kind not in KINDS:

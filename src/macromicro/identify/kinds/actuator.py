@@ -116,7 +116,7 @@ def _with_table(picking: Picking, options: Options, file: Path, room: float) -> 
     parts = Result("actuator", _TITLE, found.gains, lines, remarks, toml, draw, data)
     tests = [_by_table(wires, one, each.file) for each in others for one in _recordings(each)]
     fitted = _curves(lambda: [_by_table(wires, one) for one in records])
-    return _report.completed(parts, "mm", tests, fitted)
+    return _report.complete(parts, "mm", tests, fitted)
 
 
 def _without_table(picking: Picking, options: Options, room: float) -> Result:
@@ -124,12 +124,12 @@ def _without_table(picking: Picking, options: Options, room: float) -> Result:
 
     roles = (T, DRIVE, X, C, RUN)
     tables, others = _report.records(picking, roles, options.tests)
-    records = [one for each in tables for one in _heated(each)]
+    records = [one for each in tables for one in _heating_runs(each)]
     median = wire.AUSTENITE if options.austenite is None else options.austenite
     fit = wire.without_table(records, room, median)
     u = tables[0].units["u"] or "u"
     lines = _lines(fit, WITHOUT_TABLE, f"{_HEAT} by so many {u}")
-    tests = [_by_drive(fit.model, one, each.file) for each in others for one in _heated(each)]
+    tests = [_by_drive(fit.model, one, each.file) for each in others for one in _heating_runs(each)]
     extent = float(np.ptp(np.concatenate([r.x for r in records])))
     share = 100.0 * fit.rms / extent
     remarks = [
@@ -153,7 +153,7 @@ def _without_table(picking: Picking, options: Options, room: float) -> Result:
     toml = model_file.plain(head, {"actuator": values})
     parts = Result("actuator", _TITLE, fit.model, lines, remarks, toml, draw, data)
     fitted = _curves(lambda: [_by_drive(fit.model, one) for one in records])
-    return _report.completed(parts, "mm", tests, fitted)
+    return _report.complete(parts, "mm", tests, fitted)
 
 
 def _curves(free: Callable[[], list[Pair]]) -> Callable[[], Curves]:
@@ -185,7 +185,7 @@ def _recordings(file: Picked) -> list[Recording]:
     return made
 
 
-def _heated(file: Picked) -> list[Heated]:
+def _heating_runs(file: Picked) -> list[Heated]:
     """Runs of a file, each from cold; the drive is 0 while a switch interrupts it."""
     from macromicro.identify.wire import Heated
 

@@ -64,7 +64,7 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("compliance at rest", _NO_NUDGES))
     if poor:
         remarks.append(("poorly determined by these strokes", ", ".join(poor)))
-    tests = [_predicted(fit, part, file.file) for file in others for part in runs(file)]
+    tests = [_predict(fit, part, file.file) for file in others for part in runs(file)]
     values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
     head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.settings(head, values, LAW)
@@ -94,14 +94,14 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
     data = {"surprise": fit.surprise, "strokes": strokes, "swing_rms_m": fit.swing_rms}
     parts = Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
-    return _report.completed(parts, "counts", tests, curves)
+    return _report.complete(parts, "counts", tests, curves)
 
 
-def _predicted(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Pair:
+def _predict(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Pair:
     """Validation strokes, each simulated from its start."""
     from macromicro.identify import carriage
 
-    r = carriage.cut(*_columns(part))
+    r = carriage.cut_strokes(*_columns(part))
     if not r.strokes:
         remedy = "Record strokes from rest to rest."
         raise ProblemError(f"--test, {file}", "there is no stroke", remedy)

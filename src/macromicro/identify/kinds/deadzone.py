@@ -121,9 +121,9 @@ def identify(picking: Picking, options: Options) -> Result:
     found = Result("deadzone", title, zone, lines, remarks, settings(zone), draw, data)
     curves = None
     if law is not None:
-        predicted = travelled(law, records, "")
+        predicted = predicted_travel(law, records, "")
         curves = partial(Curves, [predicted], f"position [{places}]", records[0].dt)
-    return _report.completed(found, places, distances, curves)
+    return _report.complete(found, places, distances, curves)
 
 
 def _lowest(name: str, volts: float, step: float) -> Line:
@@ -135,19 +135,21 @@ def prediction(
     zone: DeadZone, law: DiscontinuousDeadZone | None, runs: Sequence[Run], file: str, pause: float
 ) -> Prediction:
     """Prediction of validation runs by the dead zone and, if known, (4.5)."""
-    from macromicro.identify.deadzone import covered, tried
+    from macromicro.identify.deadzone import covered_travel, find_trials
 
     if not runs:
         raise ProblemError(f"--test, {file}", _NO_RUN, _RECORD)
-    outcomes = tried(runs, covered(runs, None), pause)
+    outcomes = find_trials(runs, covered_travel(runs, None), pause)
     right = 0
     for outcome in outcomes:
         least = zone.positive if outcome.volts > 0.0 else zone.negative
         right += outcome.uninterrupted == (abs(outcome.volts) >= least - _NEXT)
-    return Prediction(file, outcomes, right, None if law is None else travelled(law, runs, file))
+    return Prediction(
+        file, outcomes, right, None if law is None else predicted_travel(law, runs, file)
+    )
 
 
-def travelled(law: DiscontinuousDeadZone, runs: Sequence[Run], file: str) -> Pair:
+def predicted_travel(law: DiscontinuousDeadZone, runs: Sequence[Run], file: str) -> Pair:
     """Runs one after another, and the distance at the steady speed of (4.5)."""
     times: list[Array] = []
     model: list[Array] = []

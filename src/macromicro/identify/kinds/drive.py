@@ -16,12 +16,12 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.files.reading import is_forc, read
+from macromicro.files.reading import is_forc, read_table
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import drive_report
 from macromicro.identify.options import Drive as Options
-from macromicro.identify.picking import RUN, Picking, Role, T, matched, sampled
+from macromicro.identify.picking import RUN, Picking, Role, T, even_runs, match_columns
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
@@ -112,22 +112,22 @@ class Part(NamedTuple):
 def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify.presliding import FRICTIONS
 
-    _checked(options)
+    _check(options)
     if options.spring or options.dead_zone or options.free or in_speeds(picking, X):
         _checked_output_error(picking, options)
-        records = _loaded(picking, options, in_speeds(picking, X), _FEWEST)
+        records = _load(picking, options, in_speeds(picking, X), _FEWEST)
         found = _sprung(records, options)
-        return _reported(records, found, _sprung_part(records, options, found))
-    records = _loaded(picking, options, False, _LEAST)
+        return _report_fit(records, found, _sprung_part(records, options, found))
+    records = _load(picking, options, False, _LEAST)
     if options.structure in FRICTIONS:
         elastic = _elastic(records, options)
-        return _reported(records, elastic, _elastic_part(records, elastic))
+        return _report_fit(records, elastic, _elastic_part(records, elastic))
     fit = _rigid(records, options)
-    return _reported(records, fit, _rigid_part(records, options, fit))
+    return _report_fit(records, fit, _rigid_part(records, options, fit))
 
 
-def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: Part) -> Result:
-    _report.undetermined(part.lines, drive_report.ABOVE_ZERO)
+def _report_fit(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: Part) -> Result:
+    _report.warn_of_undetermined(part.lines, drive_report.ABOVE_ZERO)
     t, _, x = records.columns
     each = zip(fit.free_run, fit.residuals, strict=True)
     percent = fit_percent([free + left for free, left in each], fit.free_run)
@@ -152,7 +152,7 @@ def _reported(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part: 
     result = Result(
         "drive", part.title, part.model, part.lines, remarks, part.toml, part.draw, data
     )
-    return _report.completed(result, unit, tests, curves)
+    return _report.complete(result, unit, tests, curves)
 
 
 def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
@@ -169,7 +169,7 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", tried),
         drive_report.slow("offset"),
-        *drive_report.repeated(fit.refined.repeats, records.force, records.place),
+        *drive_report.ripple_lines(fit.refined.repeats, records.force, records.place),
     ]
     more = []
     if not records.named:
@@ -197,11 +197,11 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         data[f"{name}_std"] = dict(zip(one.names, one.std, strict=True))
     title = _title("gain u", options.eccentric)
     lines = drive_report.rigid_lines(fit, units, records.runs[0].dt)
-    return Part(fit.axis, title, lines, remarks, more, data, toml, _measured(fit))
+    return Part(fit.axis, title, lines, remarks, more, data, toml, _measured_start(fit))
 
 
 def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
-    from macromicro.identify.sprung_fit import same, started
+    from macromicro.identify.sprung_fit import initial_state, same
 
     unit = records.output
     units = drive_report.units_of(records.force, records.place, records.u, not options.free)
@@ -217,7 +217,7 @@ def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
     ]
     if "offset" in fit.names:
         remarks.append(drive_report.slow("rest" if fit.load.spring else "offset"))
-    remarks += drive_report.repeated(fit.repeats, units["coulomb"], unit)
+    remarks += drive_report.ripple_lines(fit.repeats, units["coulomb"], unit)
     more = [("free motion", "without a drive, forces are per mass")] if options.free else []
     data = {
         "structure": fit.friction,
@@ -234,7 +234,9 @@ def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
     note += "programs. Not for `macromicro run --config`: no machine of the package is like it."
     toml = model_file.plain(note, {"free" if options.free else "drive": _report.notes(lines)})
     title = _title("D(gain u) - k x", options.eccentric)
-    return Part(fit.axis, title, lines, remarks, more, data, toml, lambda run: started(fit, run))
+    return Part(
+        fit.axis, title, lines, remarks, more, data, toml, lambda run: initial_state(fit, run)
+    )
 
 
 def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
@@ -253,7 +255,7 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
         values["high"] = (fit.model.high, "place of the last one")
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
-    remarks += drive_report.repeated(fit.repeats, records.force, place)
+    remarks += drive_report.ripple_lines(fit.repeats, records.force, place)
     data = {
         "structure": fit.friction,
         "taken": fit.taken,
@@ -277,10 +279,10 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
 
     title = "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs"
     toml = model_file.plain(note, {"drive": values})
-    return Part(fit.model, title, lines, remarks, [], data, toml, _measured(fit), draw)
+    return Part(fit.model, title, lines, remarks, [], data, toml, _measured_start(fit), draw)
 
 
-def _measured(fit: DriveFit | PreslidingFit) -> Callable[[Run], tuple[float, float]]:
+def _measured_start(fit: DriveFit | PreslidingFit) -> Callable[[Run], tuple[float, float]]:
     """The measured place and speed at the start of a record."""
     from macromicro.identify.axis_fit import start
 
@@ -358,10 +360,10 @@ def _sprung(records: Loaded, options: Options) -> SprungFit:
             lag=lag,
         )
 
-    return fitted(records.gain) if options.free else _signed(fitted, records)
+    return fitted(records.gain) if options.free else _check_sign(fitted, records)
 
 
-def _signed(fitted: Callable[[float], SprungFit], records: Loaded) -> SprungFit:
+def _check_sign(fitted: Callable[[float], SprungFit], records: Loaded) -> SprungFit:
     """A fit; refused where it fails and the input with its sign reversed explains the record."""
     extent = float(np.std(np.concatenate([r.x for r in records.runs])))
     found: SprungFit | Exception
@@ -388,7 +390,7 @@ def _signed(fitted: Callable[[float], SprungFit], records: Loaded) -> SprungFit:
     return found
 
 
-def _checked(options: Options) -> None:
+def _check(options: Options) -> None:
     from macromicro.identify.presliding import FRICTIONS
 
     if options.limit is not None and not options.limit > 0.0:
@@ -424,11 +426,11 @@ def in_speeds(picking: Picking, place: Role) -> bool:
         return place.name not in picking.columns
     if is_forc(picking.files[0]):
         return False
-    found = matched(read(picking.files[0]), (place, V))
+    found = match_columns(read_table(picking.files[0]), (place, V))
     return V.name in found and place.name not in found
 
 
-def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Loaded:
+def _load(picking: Picking, options: Options, speed: bool, least: int) -> Loaded:
     out = V if speed else X
     roles = [T, *(() if options.free else (U,)), out, RUN]
     tables, others = _report.records(picking, roles, options.tests)
@@ -448,8 +450,8 @@ def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Load
             raise ProblemError(f"--{name}", problem, remedy)
     shown = unit or ("x/s" if speed else "x")
     return Loaded(
-        [run for table in tables for run in sampled(table, out.name, least)],
-        [(table.file, run) for table in others for run in sampled(table, out.name, least)],
+        [run for table in tables for run in even_runs(table, out.name, least)],
+        [(table.file, run) for table in others for run in even_runs(table, out.name, least)],
         first.file,
         gain,
         gain_by,

@@ -50,7 +50,7 @@ def settings(
     head += "Not for `macromicro run --config`: the bench is another axis."
     values = {
         n: (value, ", ".join(filter(None, (units[n], about(error)))))
-        for n, (value, error, _) in told(fit.surest).items()
+        for n, (value, error, _) in parameter_values(fit.surest).items()
     }
     return model_file.plain(head, {"axis": values})
 
@@ -101,13 +101,13 @@ def machine(
         )
     by = METHODS[fit.surest is not fit.inverse]
     head += ["", f"Identified by {by}, with standard errors:"]
-    for name, (value, error, _) in told(fit.surest).items():
+    for name, (value, error, _) in parameter_values(fit.surest).items():
         head.append(" ".join(filter(None, (f"  {name} = {value:.5g}", about(error), units[name]))))
     values, name = axis_settings.values(axis, around), "axis"
     if place.turns:
         load = eccentric.of(axis)
         load = load._replace(hangs=load.hangs - first)
-        values, name = axis_settings.turned(values, load), "rotary"
+        values, name = axis_settings.as_rotary(values, load), "rotary"
         values = axis_settings.endless(values) if endless else values
         if "offset" in errors:
             head.append("This machine has no constant torque: it is left out.")
@@ -223,7 +223,7 @@ def newton(x: str) -> str:
     return (ANGLE if x == ANGLE.base else LENGTH).named("N")
 
 
-def told(found: Estimate | SprungFit) -> Values:
+def parameter_values(found: Estimate | SprungFit) -> Values:
     """Parameters of an estimate; an eccentric load as unbalance and angle."""
     from macromicro.identify import eccentric
     from macromicro.identify.axis_inverse import ECCENTRIC
@@ -233,7 +233,9 @@ def told(found: Estimate | SprungFit) -> Values:
     own = dict(zip(found.names, every, strict=True))
     made = {name: row for name, row in own.items() if name not in ECCENTRIC}
     factors = found.spread.factors(eccentric.slopes(found))[1]
-    load = zip(*(column.tolist() for column in (*eccentric.told(found), factors)), strict=True)
+    load = zip(
+        *(column.tolist() for column in (*eccentric.gravity_terms(found), factors)), strict=True
+    )
     return made | dict(zip(eccentric.NAMES, load, strict=False))
 
 
@@ -245,7 +247,7 @@ def _line(name: str, row: tuple[float, float, float], units: Mapping[str, str]) 
 def rigid_lines(fit: DriveFit, units: Mapping[str, str], dt: float) -> list[Line]:
     """Parameters of the surest estimate, the other one's as a note."""
     lines = []
-    both = told(fit.inverse), told(fit.refined)
+    both = parameter_values(fit.inverse), parameter_values(fit.refined)
     best, other = both if fit.surest is fit.inverse else both[::-1]
     by = METHODS[fit.surest is fit.inverse]
     if "lag" in both[1]:
@@ -265,7 +267,7 @@ def sprung_lines(fit: SprungFit, units: Mapping[str, str]) -> list[Line]:
         for name in ("frequency", "damping"):
             value, error, factors = fit.derived(name)
             rows[name] = value, error, float(factors[1])
-    for name, (value, error, factor) in told(fit).items():
+    for name, (value, error, factor) in parameter_values(fit).items():
         if name == "offset" and fit.load.spring:
             k, f0 = fit.axis.spring, fit.axis.offset
             slopes = np.zeros((1, len(fit.names)))
@@ -327,7 +329,7 @@ def slow(name: str) -> tuple[str, str]:
     return "slow forces", text
 
 
-def repeated(found: Ripple | None, force: str, x: str) -> list[tuple[str, str]]:
+def ripple_lines(found: Ripple | None, force: str, x: str) -> list[tuple[str, str]]:
     if found is None:
         return []
     every = 2.0 * math.pi / found.turn

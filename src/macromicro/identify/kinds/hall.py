@@ -14,7 +14,7 @@ from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.options import Hall as Options
-from macromicro.identify.picking import RUN, Picked, Picking, Role, loaded, railed, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, find_saturated, load, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import write_text
 
@@ -44,7 +44,7 @@ def identify(picking: Picking, options: Options) -> Result:
     if not (options.low < options.high and 10 <= options.points <= 2000):
         found = f"it has {options.points} points from {options.low:g} to {options.high:g} V"
         raise ProblemError("table", found, "Choose 10 to 2000 points, and --low below --high.")
-    tables = loaded(picking, ROLES)
+    tables = load(picking, ROLES)
     sweeps = [(v, x / 1e3) for table in tables for v, x in one_way(table)]
     if not sweeps:
         remedy = "Record runs over the sensor's range."
@@ -53,7 +53,7 @@ def identify(picking: Picking, options: Options) -> Result:
     falling = float(np.corrcoef(v, x)[0, 1]) < 0.0
     # The table is made monotone as a rising one.
     turned = [(v, -x) for v, x in sweeps] if falling else sweeps
-    fit, beside = _fitted(turned, options)
+    fit, beside = _fit(turned, options)
     if falling:
         table = fit.calibration._replace(position=-fit.calibration.position)
         fit = fit._replace(calibration=table)  # turned twice, place and way, `between` stays
@@ -113,18 +113,18 @@ def identify(picking: Picking, options: Options) -> Result:
     title = f"Sensor volts to millimetres: {METHODS[options.method]}, monotone"
     files = {FILE: lambda path: _write(path, fit, METHODS[options.method])}
     parts = Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
-    return _report.completed(parts, "mm", tests)
+    return _report.complete(parts, "mm", tests)
 
 
-def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFit, list[Line]]:
+def _fit(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFit, list[Line]]:
     asked = (options.low, options.high, options.points)
     if options.method == "mean":
-        from macromicro.identify.hall import calibrated
+        from macromicro.identify.hall import fit_table
 
-        return calibrated(sweeps, *asked), []
-    from macromicro.identify.hall import splined
+        return fit_table(sweeps, *asked), []
+    from macromicro.identify.hall import fit_spline
 
-    made = splined(sweeps, *asked)
+    made = fit_spline(sweeps, *asked)
     half = made.wide * float(np.nanmean(made.fit.error)) * 1e6
     share = "half of the interval, mean; of the reference's scale"
     return made.fit, [
@@ -155,7 +155,7 @@ def one_way(table: Picked) -> list[tuple[Array, Array]]:
     found = []
     for part in runs(table):
         v, x = part["v"], part["x"]
-        stuck = railed(v, f"{table.file}, v", "left out")
+        stuck = find_saturated(v, f"{table.file}, v", "left out")
         if np.ptp(x) == 0.0 or np.ptp(v) == 0.0:
             name = "x" if np.ptp(x) == 0.0 else "v"
             remedy = "Record a sensor that moves."

@@ -13,7 +13,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.files.reading import is_forc, read
+from macromicro.files.reading import is_forc, read_table
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.curves import Kind, direction
 from macromicro.hysteresis.shape import ROUGH, ROUNDS
@@ -23,7 +23,16 @@ from macromicro.identify._report import Pair as Prediction
 from macromicro.identify.kiln import window_means
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.options import Hysteresis as Options
-from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, pick, railed, there
+from macromicro.identify.picking import (
+    Picked,
+    Picking,
+    Role,
+    alike,
+    find_saturated,
+    load,
+    pick,
+    there,
+)
 from macromicro.identify.picking import T as TIME
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable
@@ -68,11 +77,11 @@ class Errors(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    _checked(options)
-    if (saved := _saved(picking)) is not None:
+    _check(options)
+    if (saved := _saved_table(picking)) is not None:
         return _of_saved(saved, picking, options)
     _report.refuse_fitted(options.tests, picking)
-    found, units = _found(picking, options)
+    found, units = _find_curves(picking, options)
     pairs = sorted(found.curves, key=lambda pair: float(pair[0][0]))
     ends = np.concatenate([u[np.isfinite(u)] for u, _ in pairs])
     limits = (float(ends.min()), float(ends.max()))
@@ -84,7 +93,7 @@ def identify(picking: Picking, options: Options) -> Result:
             "Record reversals over most of the input's range, or use `identify plays`.",
         )
     make = _Maker(found, options, limits)
-    tried = chosen(make, pairs) if make.open else {}
+    tried = held_out_errors(make, pairs) if make.open else {}
     if tried:
         make.choice = min(tried, key=lambda choice: tried[choice])
     f_unit, u_unit = units["f"], units["u"]
@@ -139,7 +148,7 @@ def identify(picking: Picking, options: Options) -> Result:
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
     parts = Result("hysteresis", title, table, lines, remarks, _toml(table), draw, data)
-    return _tested(parts, picking, options, units)
+    return _with_tests(parts, picking, options, units)
 
 
 def _toml(table: FodTable) -> str:
@@ -161,7 +170,7 @@ def _output(name: str, value: float, rms: float, unit: str, note: str) -> Line:
     return Line(name, value, unit=unit, note=note, extra=rms, extra_name="misfit")
 
 
-def _saved(picking: Picking) -> FodTable | None:
+def _saved_table(picking: Picking) -> FodTable | None:
     """The table in a file of `identify hysteresis`, if a single one is given."""
     from macromicro.hysteresis.table_files import is_table, load_table
 
@@ -194,21 +203,23 @@ def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
     toml = model_file.plain("A table that was read; see the folder it is from.", {})
     parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data)
     known = {name: unit for name, unit in (("u", u), ("f", f)) if unit}
-    return _tested(parts, picking, options, known)
+    return _with_tests(parts, picking, options, known)
 
 
-def _tested(result: Result, picking: Picking, options: Options, units: dict[str, str]) -> Result:
+def _with_tests(
+    result: Result, picking: Picking, options: Options, units: dict[str, str]
+) -> Result:
     """A table's result with its files and predictions of test recordings."""
     from macromicro.hysteresis.table_files import save_table
 
     table = result.model
-    made = [_predicted(table, test, picking.columns, units) for test in options.tests]
+    made = [_predict(table, test, picking.columns, units) for test in options.tests]
     result.remarks += [_report.of_range(test, abs(table.span), how) for test, how in made]
     result.extra = dict.fromkeys((TABLE, SHEET), partial(save_table, table))
-    return _report.completed(result, units.get("f", ""), [test for test, _ in made])
+    return _report.complete(result, units.get("f", ""), [test for test, _ in made])
 
 
-def _checked(options: Options) -> None:
+def _check(options: Options) -> None:
     if isinstance(options.smooth, str) and options.smooth != AUTO:
         raise InputError("--smooth", options.smooth, f"a length in grid steps, or {AUTO}")
     if options.between not in (*BETWEENS, AUTO):
@@ -217,15 +228,15 @@ def _checked(options: Options) -> None:
         raise InputError("--shape", options.shape, ", ".join(SHAPES))
 
 
-def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
+def _find_curves(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     if not any(is_forc(file) for file in picking.files):
         if options.drift:
             problem = f"{printable(picking.files[0], 300)} is not a MicroMag file"
             remedy = "Other files have no calibrations between their curves."
             raise ProblemError("--drift", problem, remedy)
-        tables = loaded(picking, ROLES)
+        tables = load(picking, ROLES)
         for table in tables:
-            railed(table.values["f"], f"{table.file}, f")
+            find_saturated(table.values["f"], f"{table.file}, f")
         return from_tables(tables, options.curves), tables[0].units
     from macromicro.hysteresis.forc import read_forc
 
@@ -269,7 +280,7 @@ class _Maker:
         )
 
 
-def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
+def held_out_errors(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
     import warnings
 
     if len(pairs) < _ENOUGH:
@@ -301,7 +312,7 @@ def _best(make: _Maker, pairs: list[Pair]) -> Choice:
     """The best choice by these curves; the given one where they are too few."""
     if not make.open or len(pairs) < _ENOUGH:
         return make.first
-    tried = chosen(make, pairs)
+    tried = held_out_errors(make, pairs)
     return min(tried, key=lambda choice: tried[choice])
 
 
@@ -343,7 +354,7 @@ def _broken(found: Found) -> list[Line]:
     return lines
 
 
-def _predicted(
+def _predict(
     table: FodTable, test: str, columns: dict[str, str], units: dict[str, str]
 ) -> tuple[Prediction, str]:
     """Prediction of curves, each from its own saturation, or of a recording; from where it runs."""
@@ -352,12 +363,12 @@ def _predicted(
         from macromicro.hysteresis.forc import read_forc
 
         return _curves_predicted(table, printable(place, 300), read_forc(place).curves)
-    picked = pick(read(place), ROLES, columns)
+    picked = pick(read_table(place), ROLES, columns)
     alike(picked, units, "the table")
     if "curve" in picked.values:
         curves = from_tables([picked], table.kind).curves
         return _curves_predicted(table, picked.file, curves)
-    u, f = cleaned(picked, 2)
+    u, f = clean(picked, 2)
     model = Preisach(table)
     beyond = int(((u < table.lo) | (u > table.hi)).sum())
     if beyond > 0.01 * len(u):
@@ -392,15 +403,15 @@ class Found(NamedTuple):
 
 def from_tables(tables: list[Picked], kind: str) -> Found:
     """Curves of the files: by the column `curve`, or cut out of the time record or its cycles."""
-    pairs = _named(tables)
+    pairs = _numbered_curves(tables)
     if pairs and sum(map(_whole_cycle, pairs)) <= 0.5 * len(pairs):  # a record may end within one
         ways = [direction(u) for u, _ in pairs]
         many: Kind = "ascending" if sum(np.sign(ways)) > 0.0 else "descending"
-        return Found(pairs, _requested(kind) or many, [])
-    records = [cleaned(table) for table in tables]
-    down = [c for u, f in records for c in cut(u, f)]
-    up = [(-u, -f) for a, b in records for u, f in cut(-a, -b)]
-    way = _requested(kind) or ("ascending" if len(up) > len(down) else "descending")
+        return Found(pairs, _requested_kind(kind) or many, [])
+    records = [clean(table) for table in tables]
+    down = [c for u, f in records for c in cut_curves(u, f)]
+    up = [(-u, -f) for a, b in records for u, f in cut_curves(-a, -b)]
+    way = _requested_kind(kind) or ("ascending" if len(up) > len(down) else "descending")
     curves = up if way == "ascending" else down
     if len(curves) < 2:
         raise ProblemError(
@@ -412,13 +423,13 @@ def from_tables(tables: list[Picked], kind: str) -> Found:
     return Found(curves, way, records)
 
 
-def _requested(kind: str) -> Kind | None:
+def _requested_kind(kind: str) -> Kind | None:
     if kind not in ("auto", "ascending", "descending"):
         raise InputError("--curves", kind, "auto, ascending or descending")
     return "ascending" if kind == "ascending" else "descending" if kind == "descending" else None
 
 
-def _named(tables: list[Picked]) -> list[Pair]:
+def _numbered_curves(tables: list[Picked]) -> list[Pair]:
     """Curves by the column `curve`; none where a file lacks it."""
     if not all("curve" in table.values for table in tables):
         return []
@@ -435,7 +446,7 @@ def _whole_cycle(pair: Pair) -> bool:
     return bool(abs(u[-1] - u[0]) < _BACK * np.ptp(u))
 
 
-def cleaned(table: Picked, least: int = 20) -> Pair:
+def clean(table: Picked, least: int = 20) -> Pair:
     """Input and output over time, a thermocouple's without spikes and noise."""
     u, f = table.values["u"], table.values["f"]
     for name, values in (("u", u), ("f", f)):
@@ -449,15 +460,15 @@ def cleaned(table: Picked, least: int = 20) -> Pair:
         problem, remedy = f"the file has {len(u)} rows", f"Give {least} rows or more."
         raise ProblemError(table.file, problem, remedy)
     if table.names["u"] == "thermocouple" and "t" in table.values:
-        from macromicro.identify.kiln import denoised
+        from macromicro.identify.kiln import denoise
         from macromicro.identify.runs import checked
 
         run = checked(table.values["t"], u, f, table.file)
-        u, f = denoised(run.t, run.u, run.dt), run.x
+        u, f = denoise(run.t, run.u, run.dt), run.x
     return u, f
 
 
-def cut(u: Array, f: Array) -> list[Pair]:
+def cut_curves(u: Array, f: Array) -> list[Pair]:
     """Descending curves: falls of the input that follow a rise from its low end."""
     # A rise also begins where the output equals its value at the low end, since a record may begin
     # below it in a cold room. Points are means over windows, so that noise does not reorder them.

@@ -12,11 +12,11 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report, clusters, model_file
-from macromicro.identify._linear import Start, free_runs, iterated, prepared
+from macromicro.identify._linear import Start, free_runs, iterate, prepare_task
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.options import Linear as Options
-from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, even_runs, load
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run
@@ -59,12 +59,12 @@ class Hint(NamedTuple):
 def hints(asked: Asked, unit: str = "") -> list[Hint]:
     """Models that predict the last 30 % of the records better by a tenth or more."""
     asked = _short(asked)
-    own = _missed(asked)
+    own = _free_run_error(asked)
     if not np.isfinite(own) or own <= _EXACT * _rms(list(asked.y)):
         return []
     found = []
     for tried, words in _others(asked, unit):
-        lowered = 1.0 - _missed(tried) / own
+        lowered = 1.0 - _free_run_error(tried) / own
         if lowered >= _LESS:
             found.append(Hint(lowered, words))
     return sorted(found, reverse=True)
@@ -80,20 +80,20 @@ def _others(asked: Asked, unit: str) -> Iterator[tuple[Asked, str]]:
     na, nb, delay = asked.na, asked.nb, asked.delay
     most = min(_DELAYS, min(len(u) for u in asked.u) // 20)
     late = [asked._replace(delay=k) for k in range(most + 1) if k != delay]
-    best = min(late, key=_left)
+    best = min(late, key=_residual)
     yield best, f"a delay of {best.delay} (--order {na},{nb},{best.delay})"
     higher = asked._replace(na=na + 1, nb=nb + 1)
     yield higher, f"an order of {na + 1} (--order {na + 1},{nb + 1},{delay})"
     size = max(float(np.abs(u).max()) for u in asked.u)
-    dead = {p * size: _limited(asked, low=p * size) for p in _PARTS}
-    width = min(dead, key=lambda at: _left(dead[at]))
+    dead = {p * size: _limit_input(asked, low=p * size) for p in _PARTS}
+    width = min(dead, key=lambda at: _residual(dead[at]))
     yield dead[width], f"a dead zone of {width:.2g} {unit}".rstrip() + f" (--width {width:.2g})"
-    cut = {p * size: _limited(asked, high=p * size) for p in _PARTS}
-    limit = min(cut, key=lambda at: _left(cut[at]))
+    cut = {p * size: _limit_input(asked, high=p * size) for p in _PARTS}
+    limit = min(cut, key=lambda at: _residual(cut[at]))
     yield cut[limit], f"an input that acts up to {limit:.2g} {unit} only".replace("  ", " ")
 
 
-def _limited(asked: Asked, low: float = 0.0, high: float = np.inf) -> Asked:
+def _limit_input(asked: Asked, low: float = 0.0, high: float = np.inf) -> Asked:
     """The input beyond a dead zone and within a limit."""
     inputs = [np.sign(u) * np.minimum(np.maximum(np.abs(u) - low, 0.0), high) for u in asked.u]
     return asked._replace(u=inputs)
@@ -104,7 +104,7 @@ def constant(asked: Asked) -> float:
     from scipy.optimize import minimize_scalar
 
     asked = _short(asked)
-    own = _missed(asked)
+    own = _free_run_error(asked)
     if own <= _EXACT * _rms(list(asked.y)):
         return 0.0
 
@@ -114,29 +114,29 @@ def constant(asked: Asked) -> float:
     rest = float(np.mean([y[0] for y in asked.y]))  # records often begin at rest
     extent = max(float(np.ptp(y)) for y in asked.y)
     found = minimize_scalar(
-        lambda c: _left(less(c)),
+        lambda c: _residual(less(c)),
         bounds=(rest - extent, rest + extent),
         method="bounded",
         options={"xatol": _FINE * extent},
     )
-    best = min((rest, float(found.x)), key=lambda c: _left(less(c)))
-    return best if _missed(less(best)) <= (1.0 - _LESS) * own else 0.0
+    best = min((rest, float(found.x)), key=lambda c: _residual(less(c)))
+    return best if _free_run_error(less(best)) <= (1.0 - _LESS) * own else 0.0
 
 
-def _cut(record: Array) -> int:
+def _lead(record: Array) -> int:
     return round(_TRAIN * len(record))
 
 
 def _errors(asked: Asked) -> list[Array]:
     """Errors over whole records by `mls` of their first parts; none if it fails."""
-    u, y = ([part[: _cut(part)] for part in each] for each in (asked.u, asked.y))
+    u, y = ([part[: _lead(part)] for part in each] for each in (asked.u, asked.y))
     how = asked.na, asked.nb, asked.dt, asked.delay
     start = cast(Start, asked.start)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)  # they are about an input that was cut here
         try:
-            theta = iterated(prepared(u, y, *how, start=start), instruments=False).theta
-            whole = prepared(asked.u, asked.y, *how, start=start)
+            theta = iterate(prepare_task(u, y, *how, start=start), instruments=False).theta
+            whole = prepare_task(asked.u, asked.y, *how, start=start)
         except InputError:
             return []
     with np.errstate(over="ignore", invalid="ignore"):
@@ -150,12 +150,12 @@ def _rms(errors: list[Array]) -> float:
     return found if np.isfinite(found) else float("inf")
 
 
-def _left(asked: Asked) -> float:
-    return _rms([e[: _cut(e)] for e in _errors(asked)])
+def _residual(asked: Asked) -> float:
+    return _rms([e[: _lead(e)] for e in _errors(asked)])
 
 
-def _missed(asked: Asked) -> float:
-    return _rms([e[_cut(e) :] for e in _errors(asked)])
+def _free_run_error(asked: Asked) -> float:
+    return _rms([e[_lead(e) :] for e in _errors(asked)])
 
 
 U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
@@ -179,10 +179,10 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.start not in STARTS:
         raise InputError("--start", options.start, "rest or free")
     na, nb, delay = order(options.order)
-    tables = loaded(picking, ROLES)
+    tables = load(picking, ROLES)
     position = "y" not in tables[0].values
     others = _report.unseen(options.tests, picking, ROLES, tables[0])
-    records, averaged = joined(measured(tables, options.width), position)
+    records, averaged = average_positions(sampled_runs(tables, options.width), position)
     dt = records[0].dt
     if any(abs(r.dt - dt) > 1e-3 * dt for r in records):
         found = f"the sample times are {sorted({round(r.dt, 9) for r in records})} s"
@@ -198,14 +198,14 @@ def identify(picking: Picking, options: Options) -> Result:
     in_unit = tables[0].units["u"] or "u"
     place_unit, out_unit = out_unit, f"{out_unit}/s" if position else out_unit
     lines = coefficients(fit, out_unit, in_unit)
-    _report.undetermined(lines, ("gain",))
+    _report.warn_of_undetermined(lines, ("gain",))
     if offset:
         how = "as given" if options.offset is not None else "found with the parameters"
         lines.append(Line("offset", offset, unit=out_unit, note=f"constant of the output, {how}"))
     tests = [
-        predicted(fit, run._replace(x=run.x - offset), table.file, position=position)
+        predict(fit, run._replace(x=run.x - offset), table.file, position=position)
         for table in others
-        for run in measured([table], options.width)
+        for run in sampled_runs([table], options.width)
     ]
     remarks = _remarks(fit, sum(map(len, y)), options.start)
     remarks += better(asked._replace(y=y), in_unit)
@@ -228,7 +228,7 @@ def identify(picking: Picking, options: Options) -> Result:
     title += f", {delay - 1} samples later" if delay > 1 else ""
     toml = coefficients_toml(fit, in_unit, out_unit)
     parts = Result("linear", title, fit, lines, remarks, toml, dict, data(fit))
-    return _report.completed(parts, place_unit if position else out_unit, tests, curves)
+    return _report.complete(parts, place_unit if position else out_unit, tests, curves)
 
 
 def _remarks(fit: LinearFit, samples: int, start: str) -> list[tuple[str, str]]:
@@ -265,7 +265,7 @@ def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
     return [("lower error on the last 30 %, by a fit to the rest", each)]
 
 
-def predicted(fit: LinearFit, run: Run, file: str, *, position: bool) -> Pair:
+def predict(fit: LinearFit, run: Run, file: str, *, position: bool) -> Pair:
     """A free simulation from rest over a validation record."""
     from macromicro.identify import differentiated
 
@@ -295,7 +295,7 @@ def order(text: str) -> tuple[int, int, int]:
     return (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 1)
 
 
-def measured(tables: list[Picked], width: float) -> list[Run]:
+def sampled_runs(tables: list[Picked], width: float) -> list[Run]:
     """All runs, evenly sampled, without the dead zone."""
     found = []
     for table in tables:
@@ -303,13 +303,13 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
             remedy = "Name a column with --columns y=COLUMN or x=COLUMN."
             raise ProblemError(table.file, "there is neither an output y nor a position x", remedy)
         role = "y" if "y" in table.values else "x"
-        for run in sampled(table, role):
+        for run in even_runs(table, role):
             less = np.sign(run.u) * np.maximum(np.abs(run.u) - width, 0.0)
             found.append(run._replace(u=less))
     return found
 
 
-def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
+def average_positions(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
     """Positions under equal inputs averaged, and a note of what was done."""
     from macromicro.identify import average_runs
 
@@ -332,7 +332,7 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
     return made, [", ".join(said) + ", averaged" if len(made) < len(records) else "fitted together"]
 
 
-def _shown(fit: LinearFit, line: Line, slope: Array) -> Line:
+def _with_error(fit: LinearFit, line: Line, slope: Array) -> Line:
     """A line with the error of a function of a and b, to first order."""
     error = float(clusters.errors(fit.covariance, slope[None])[0])
     return line._replace(error=error, factor=float(fit.spread.factors(slope[None])[1, 0]))
@@ -348,7 +348,7 @@ def _pair(fit: LinearFit, name: str, pole: complex, slope: Complex) -> Line:
     )
     value, spread = rounded(damping, error) if math.isfinite(error) else (f"{damping:.3g}", "")
     note = f"a pair, damping {value}" + (spread and f" +- {spread}")
-    return _shown(fit, Line(name, size, unit="rad/s", note=note), by_size)
+    return _with_error(fit, Line(name, size, unit="rad/s", note=note), by_size)
 
 
 def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
@@ -369,7 +369,7 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
             continue
         note = f"time constant {-1.0 / pole.real:.4g} s" if pole.real < 0.0 else "unstable"
         lines.append(
-            _shown(fit, Line(name, float(pole.real), unit="rad/s", note=note), slopes[k].real)
+            _with_error(fit, Line(name, float(pole.real), unit="rad/s", note=note), slopes[k].real)
         )
     return lines
 

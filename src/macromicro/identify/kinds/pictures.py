@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.drawing.style import BINS, BLUE, ORANGE, RED, finish, line, new, thinned
+from macromicro.drawing.style import BINS, BLUE, ORANGE, RED, finish, line, new, thin_out
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def free_runs(records: Sequence[Pair], label: str, names: Sequence[str] = ()) ->
 def _less(t: Array, measured: Array, model: Array) -> tuple[Array, Array]:
     cuts = np.linspace(0, len(t), _STRETCHES + 1).astype(np.intp)
     bins = BINS // _STRETCHES
-    parts = [thinned(t[a:b], measured[a:b] - model[a:b], bins) for a, b in pairwise(cuts)]
+    parts = [thin_out(t[a:b], measured[a:b] - model[a:b], bins) for a, b in pairwise(cuts)]
     x, y = zip(*parts, strict=True)
     return np.concatenate(x), np.concatenate(y)
 
@@ -52,7 +52,7 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
     """Residuals over time, and their autocorrelation with the 99 % band of white noise."""
     figure, axes = new(3.4, 1, 2)
     e = residuals[0] if len(residuals) == 1 else np.concatenate(list(residuals))
-    t, thin = thinned(np.arange(len(e), dtype=np.int32), e)
+    t, thin = thin_out(np.arange(len(e), dtype=np.int32), e)
     line(axes[0, 0], t * dt, thin, RED, "residual")
     finish(axes[0, 0], "residuals, records in a row", y=label)
     figure.subplots_adjust(left=0.11)

@@ -13,9 +13,9 @@ from macromicro.hysteresis.prandtl_fit import PrandtlFit, fit
 from macromicro.hysteresis.prandtl_rate import RateFit
 from macromicro.identify import _report, model_file
 from macromicro.identify._report import Pair
-from macromicro.identify.kinds.hysteresis import ROLES, cleaned
+from macromicro.identify.kinds.hysteresis import ROLES, clean
 from macromicro.identify.options import Plays as Options
-from macromicro.identify.picking import Picked, Picking, loaded
+from macromicro.identify.picking import Picked, Picking, load
 from macromicro.identify.play_operators import Loop
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
@@ -38,15 +38,15 @@ def identify(picking: Picking, options: Options) -> Result:
     if len(picking.files) > 1:
         remedy = "Give one recording over time, and others to predict with --test."
         raise ProblemError("FILE", f"{len(picking.files)} files were given", remedy)
-    table = loaded(picking, ROLES)[0]
+    table = load(picking, ROLES)[0]
     if "curve" in table.values:
         remedy = "Give a recording over time."
         raise ProblemError(f"{table.file}, curve", "the file holds single curves", remedy)
-    u, f = cleaned(table)
+    u, f = clean(table)
     rated: RateFit | None = None
     try:
         if options.rate:
-            u, f, dt = _timed(table)
+            u, f, dt = _samples(table)
             rated = prandtl_rate.fit(u, f, dt, options.plays)
         found = rated.fit if rated else fit(u, f, options.plays)
     except InputError as error:
@@ -78,13 +78,13 @@ def identify(picking: Picking, options: Options) -> Result:
     ]
     lag = rated.lag if rated else None
     others = _report.unseen(options.tests, picking, ROLES, table)
-    tests = [_predicted(p, other, lag) for other in others]
+    tests = [_predict(p, other, lag) for other in others]
     remarks += [_report.of_range(test, extent) for test in tests]
 
     def draw() -> dict[str, Figure]:
-        return drawn(u, f, found, (u_unit, f_unit))
+        return draw_figures(u, f, found, (u_unit, f_unit))
 
-    toml = written(p, (u_unit, f_unit), (float(u.min()), float(u.max())))
+    toml = as_toml(p, (u_unit, f_unit), (float(u.min()), float(u.max())))
     data = {
         "thresholds": p.thresholds.tolist(), "weights": p.weights.tolist(), "offset": p.offset,
         "range": extent, "rms": found.rms, "holdout_rms": found.held_rms,
@@ -92,10 +92,10 @@ def identify(picking: Picking, options: Options) -> Result:
     }  # fmt: skip
     title = "Prandtl-Ishlinskii: f = offset + sum of w_i y_i, y_i a play of threshold r_i"
     parts = Result("plays", title, p, lines, remarks, toml, draw, data)
-    return _report.completed(parts, f_unit, tests)
+    return _report.complete(parts, f_unit, tests)
 
 
-def _timed(table: Picked) -> tuple[Array, Array, float]:
+def _samples(table: Picked) -> tuple[Array, Array, float]:
     if "t" not in table.values:
         remedy = "Name one, or omit --rate."
         raise ProblemError("recording, t", "there is no column of times", remedy)
@@ -114,7 +114,7 @@ def _rate_lines(rated: RateFit, extent: float) -> list[Line]:
     ]
 
 
-def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float]) -> str:
+def as_toml(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float]) -> str:
     """Settings of a piezo stage for an input in volts, else plain values."""
     u, f = units
     where = f"input from {ends[0]:g} to {ends[1]:g} {u}, output {p.offset:.6g} {f} at rest at 0"
@@ -137,7 +137,9 @@ def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float
     return f'{comment}\nmachine = "piezo"\n\n{body}'
 
 
-def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict[str, Figure]:
+def draw_figures(
+    u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]
+) -> dict[str, Figure]:
     from macromicro.identify.kinds import pictures
 
     known, fitted = found.known, found.fitted
@@ -162,9 +164,9 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
     }
 
 
-def _predicted(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> Pair:
+def _predict(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> Pair:
     """Prediction of another recording, once its past is known."""
-    u, f, dt = (*cleaned(picked, 2), None) if lag is None else _timed(picked)
+    u, f, dt = (*clean(picked, 2), None) if lag is None else _samples(picked)
     outputs = Loop(p, lag).run(u, dt)
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)

@@ -61,7 +61,7 @@ class Side(NamedTuple):
         low, high = (_between(load, self.loads, each) for each in (self.low, self.high))
         if not self.curve:
             return low, high
-        stroke = _saturated(load, *self.curve)
+        stroke = _saturation(load, *self.curve)
         return (high - stroke, high) if self.from_hot else (low, low + stroke)
 
     def temperatures(self, load: float) -> Array:
@@ -109,7 +109,7 @@ def _between(load: float, loads: Array, values: Array) -> float:
     return float(values[k] + part * (values[k + 1] - values[k]))
 
 
-def _saturated(load: float, a: float, b: float, c: float) -> float:
+def _saturation(load: float, a: float, b: float, c: float) -> float:
     return float(a - b * np.expm1(-load / c))
 
 
@@ -157,7 +157,7 @@ def _map(cycles: Sequence[Cycle], way: Way) -> StressMap:
     return StressMap(heating, cooling, way, {}, (), tuple(cycles))
 
 
-def missed(found: StressMap, one: Cycle) -> float:
+def relative_error(found: StressMap, one: Cycle) -> float:
     """RMS error over a record, as a share of its output range."""
     error = found.predict(one.load, one.t) - one.y
     return float(np.sqrt(np.mean(error**2)) / np.ptp(one.y))
@@ -191,7 +191,7 @@ def _left_out(cycles: Sequence[Cycle], way: Way) -> dict[float, float]:
     if others < least:
         return {}
     return {
-        one.load: missed(_map([*cycles[:k], *cycles[k + 1 :]], way), one)
+        one.load: relative_error(_map([*cycles[:k], *cycles[k + 1 :]], way), one)
         for k, one in enumerate(cycles)
     }
 
@@ -302,13 +302,13 @@ def identify(picking: Picking, options: Options) -> Result:
         if at in found.left_out:
             note = "of its range, RMS, by a map of the other loads"
             lines.append(Line(f"left out {at:g}", 100.0 * found.left_out[at], unit="%", note=note))
-    tests = [_predicted(found, one, table.file) for table in others for one in _cycles([table])]
+    tests = [_predict(found, one, table.file) for table in others for one in _cycles([table])]
     first, last = (float(found.heating.loads[k]) for k in (0, -1))
     remarks = [
         ("loads", ", ".join(f"{each:g}" for each in found.heating.loads) + f" {load}"),
         *_scatter(tables, load),
         ("map", _words(found)),
-        ("fit", f"{100.0 * _own(found):.2f} % of range, RMS over what was fitted"),
+        ("fit", f"{100.0 * _own_error(found):.2f} % of range, RMS over what was fitted"),
         ("valid", f"from {first:g} to {last:g} {load}; beyond these it extrapolates"),
     ]
     ends = [100.0 * found.left_out[each] for each in (first, last) if each in found.left_out]
@@ -317,7 +317,7 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("extrapolated", f"the lowest and highest load by the others: {told}"))
 
     def draw() -> dict[str, Figure]:
-        return drawn(found, load, out)
+        return draw_figures(found, load, out)
 
     data = {
         "loads": found.heating.loads.tolist(),
@@ -328,7 +328,7 @@ def identify(picking: Picking, options: Options) -> Result:
     files = {SHEET: lambda path: _sheet(found, path)}
     title = "T_q = a_q + b_q load, where a share q of the stroke is done, by branch"
     parts = Result("stress", title, found, lines, remarks, _toml(lines), draw, data, files)
-    return _report.completed(parts, out, tests)
+    return _report.complete(parts, out, tests)
 
 
 def _cycles(tables: list[Picked]) -> list[Cycle]:
@@ -426,11 +426,11 @@ def _words(found: StressMap) -> str:
     return f"{slopes}, {stroke}{why}"
 
 
-def _own(found: StressMap) -> float:
-    return float(np.sqrt(np.mean([missed(found, one) ** 2 for one in found.cycles])))
+def _own_error(found: StressMap) -> float:
+    return float(np.sqrt(np.mean([relative_error(found, one) ** 2 for one in found.cycles])))
 
 
-def _predicted(found: StressMap, one: Cycle, file: str) -> Pair:
+def _predict(found: StressMap, one: Cycle, file: str) -> Pair:
     if not found.within(one.load):
         first, last = (float(found.heating.loads[k]) for k in (0, -1))
         notice(
@@ -442,7 +442,7 @@ def _predicted(found: StressMap, one: Cycle, file: str) -> Pair:
     return Pair(file, index, one.y, found.predict(one.load, one.t))
 
 
-def drawn(found: StressMap, load: str, out: str) -> dict[str, Figure]:
+def draw_figures(found: StressMap, load: str, out: str) -> dict[str, Figure]:
     from macromicro.identify.kinds import pictures
 
     loops = []

@@ -28,7 +28,7 @@ from macromicro.identify.heating import (
 )
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.options import Thermal as Options
-from macromicro.identify.picking import RUN, Picked, Picking, Role, T, sampled
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, even_runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 
@@ -80,11 +80,11 @@ def identify(picking: Picking, options: Options) -> Result:
         for v, group in sorted(sorted_.held.items())
     }
     rises = _steady(records, source, remarks)
-    chosen = _chosen(records, rises, options.step)
+    chosen = _choose_step(records, rises, options.step)
     fit = heating(records[chosen], rises[chosen])
     falls = _falls(sorted_, source)
     found = Found(records, rises, chosen, fit, _gain(rises, remarks), falls)
-    tests = _predicted(found, others, role, source)
+    tests = _predict(found, others, role, source)
     rest = drift(records[chosen])
     remarks.append(
         ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
@@ -93,7 +93,7 @@ def identify(picking: Picking, options: Options) -> Result:
         "errors of the middle rate and of shares leave out what lasts longer than a part of a step"
     )
     remarks.append(("slow disturbances", slow))
-    if not _told(fit):
+    if not _is_long_enough(fit):
         slowest, lasted = 1.0 / fit.modes[_MODES - 1], float(records[chosen].t[-1])
         notice(
             DataWarning,
@@ -110,12 +110,12 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "Heating: T / T_d = sum of share rate / (s + rate); steady T_d by voltage"
     data = {"steady_K": rises, "chosen_V": chosen, "nrmse": fit.nrmse}
     parts = Result(
-        "thermal", title, found, _lines(found), remarks, _toml(found), lambda: _drawn(found), data
+        "thermal", title, found, _lines(found), remarks, _toml(found), lambda: _draw(found), data
     )
-    return _report.completed(parts, "K", tests, lambda: _curves(found))
+    return _report.complete(parts, "K", tests, lambda: _curves(found))
 
 
-def _predicted(found: Found, others: list[Picked], role: str, source: Source) -> list[Pair]:
+def _predict(found: Found, others: list[Picked], role: str, source: Source) -> list[Pair]:
     """Heating of test steps: by (5.2), or the rise at the same voltage."""
     from macromicro.models.weighted_gain import exponential
 
@@ -184,7 +184,7 @@ def _end(step: StepRecord) -> float:
     return min(2.0, 0.1 * float(step.t[-1]))
 
 
-def _chosen(
+def _choose_step(
     records: dict[float, StepRecord], rises: dict[float, float], requested: float | None
 ) -> float:
     """The step for the dynamics: as requested, or the middle one, clear of the stop."""
@@ -258,20 +258,20 @@ def _lines(found: Found) -> list[Line]:
 def _risen(found: Found, volts: float) -> Line:
     """Rise at the end of a step; the predicted remainder counts as its error."""
     step, rise = found.records[volts], found.rises[volts]
-    error, left = _doubt(step), rise * _left(found.heating.modes, float(step.t[-1]))
-    if not _told(found.heating):
+    error, left = _doubt(step), rise * _remainder(found.heating.modes, float(step.t[-1]))
+    if not _is_long_enough(found.heating):
         return Line(f"rise at {volts:g} V", rise, unit="K", note="at the end of the step")
     note = f"{left:.2g} K still to come at its end" if left > error else ""
     return Line(f"rise at {volts:g} V", rise, math.hypot(error, left), "K", note)
 
 
-def _left(modes: Modes, t: float) -> float:
+def _remainder(modes: Modes, t: float) -> float:
     """Remainder of a steady rise after a time [s], by (5.6)."""
     rates, shares = np.split(np.array(modes), 2)
     return float(shares @ np.exp(-rates * t))
 
 
-def _told(fit: HeatingFit) -> bool:
+def _is_long_enough(fit: HeatingFit) -> bool:
     """Whether the step was long enough for the slowest rate, to a half at least."""
     return fit.std[_MODES - 1] < 0.5 * fit.modes[_MODES - 1]
 
@@ -283,7 +283,7 @@ def _doubt(step: StepRecord) -> float:
     return float(np.hypot(float(step.error[last].mean()), spread))
 
 
-def _drawn(found: Found) -> dict[str, Figure]:
+def _draw(found: Found) -> dict[str, Figure]:
     from macromicro.identify.kinds import pictures
     from macromicro.models.weighted_gain import exponential
 
@@ -353,7 +353,7 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
     cold: dict[float, list[Cold]] = {}
     left = 0
     for table in tables:
-        for whole in sampled(table, role, 50):
+        for whole in even_runs(table, role, 50):
             first = int(np.argmax(whole.u != 0.0))
             before = Cold(float(whole.x[: first + 1].mean()), first + 1)
             run = Run(whole.t[first:] - whole.t[first], whole.u[first:], whole.x[first:])

@@ -17,7 +17,7 @@ class Off(NamedTuple):
     y: Array
 
 
-def off(trace: Trace, x: Array, y: Array) -> Off:
+def contour_error(trace: Trace, x: Array, y: Array) -> Off:
     """Contour error of places, one each control period, near the set point's part of the path."""
     n = len(x)
     s = trace.s[np.minimum(np.arange(n), len(trace.s) - 1)]

@@ -18,7 +18,7 @@ from macromicro.motion.path import Piece
 from macromicro.place import LENGTH
 from macromicro.programme import entries
 from macromicro.programme.moves import MAX_MOVES, WHAT
-from macromicro.schema.keys import found, only, unknown
+from macromicro.schema.keys import only, show_value, unknown
 from macromicro.schema.text import printable, read_toml
 from macromicro.units import quantity
 
@@ -163,7 +163,7 @@ def _through(table: dict[str, Any], here: Point, how: tuple[float, float], where
         raise InputError(f"{where}, corners", printable(corners), f'"{STOP}" or "{ROUND}"')
     if (corners == ROUND) != ("rounding" in table):
         accepted = f'a rounding with corners = "{ROUND}", and none with "{STOP}"'
-        raise InputError(f"{where}, rounding", found(table.get("rounding")), accepted)
+        raise InputError(f"{where}, rounding", show_value(table.get("rounding")), accepted)
     speed, hold = how
     if corners == STOP:
         ends = itertools.pairwise(points)
@@ -172,7 +172,7 @@ def _through(table: dict[str, Any], here: Point, how: tuple[float, float], where
     radius = _length(table["rounding"], f"{where}, rounding")
     if radius <= 0.0:
         raise InputError(f"{where}, rounding", table["rounding"], "a radius above zero")
-    pieces = paths.rounded(points, radius, where)
+    pieces = paths.round_corners(points, radius, where)
     return [Leg("path", tuple(pieces), (speed,) * len(pieces), points[-1], hold)]
 
 
@@ -184,7 +184,7 @@ def _length(raw: object, where: str) -> float:
 
 def _point(raw: object, where: str) -> Point:
     if not isinstance(raw, list) or len(raw) != 2:
-        raise InputError(where, found(raw), 'x and y, such as ["10 mm", "5 mm"]')
+        raise InputError(where, show_value(raw), 'x and y, such as ["10 mm", "5 mm"]')
     x, y = (_length(each, f"{where}, {name}") for each, name in zip(raw, AXES, strict=True))
     return x, y
 
@@ -200,7 +200,7 @@ def _table(path: Path) -> Course:
     )
 
 
-def repeated(legs: tuple[Leg, ...], cycles: int) -> tuple[Leg, ...]:
+def repeat(legs: tuple[Leg, ...], cycles: int) -> tuple[Leg, ...]:
     """All cycles, joined by straight moves where needed."""
     first = legs[0]
     begin = (first.pieces[0].x, first.pieces[0].y) if first.pieces else first.end

@@ -70,7 +70,7 @@ def plan(course: Course, tree: Any, *, step: float | None = None) -> Schedule:
         traces.append(trace)
     for name, each, own in zip(AXES, ways, of(tree), strict=True):
         planning.check(each, own, f"{where}, {name}")
-    first, second = (planning.joined(each, math.nan) for each in ways)
+    first, second = (planning.join(each, math.nan) for each in ways)
     return Schedule((first, second), course.legs, tuple(traces))
 
 
@@ -93,7 +93,7 @@ def _leg(leg: Leg, tree: Any, step: float) -> tuple[tuple[Array, Array], Trace]:
     """Profile pieces of both axes, and the path."""
     dt = tree.x.timing.period
     if leg.times.size:
-        return _tracked(leg, dt)
+        return _splines(leg, dt)
     if not leg.pieces:
         nothing = np.empty((0, 5))
         return (nothing, nothing), Trace((), np.zeros(1), np.zeros(1))
@@ -142,10 +142,10 @@ def _ways(runs: list[list[Segment]], border: Array, dt: float) -> Array:
             for s in run
         ]
     )
-    return _sampled(rows, dt)
+    return _resample(rows, dt)
 
 
-def _sampled(rows: Array, dt: float) -> Array:
+def _resample(rows: Array, dt: float) -> Array:
     begin = np.concatenate(([0.0], np.cumsum(rows[:, 0])))
     t = np.arange(math.ceil(begin[-1] / dt) + 1) * dt
     k = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(rows) - 1)
@@ -155,12 +155,12 @@ def _sampled(rows: Array, dt: float) -> Array:
     return found
 
 
-def _tracked(leg: Leg, dt: float) -> tuple[tuple[Array, Array], Trace]:
+def _splines(leg: Leg, dt: float) -> tuple[tuple[Array, Array], Trace]:
     """A trajectory as splines, and its path as short straight pieces."""
     t, x, y = leg.times
     first, second = (planning.track(t, place).pieces for place in (x, y))
     fine = dt / FINE
-    points = np.stack([_sampled(each, fine) for each in (first, second)], axis=1)
+    points = np.stack([_resample(each, fine) for each in (first, second)], axis=1)
     steps = np.hypot(*np.diff(points, axis=0).T)
     kept = np.concatenate(([True], steps > 0.0))
     corners = points[kept]

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.machines import axis, stage_trees
-from macromicro.machines._rounding import rounded
-from macromicro.machines.tree import Checked, Problem, Rule, settled, with_
+from macromicro.machines._rounding import round_to
+from macromicro.machines.tree import Checked, Problem, Rule, derive_all, with_
 from macromicro.schema.par import Given, Par
 
 AXES = ("x", "y")
@@ -86,7 +86,7 @@ class XY(NamedTuple):
 
     def grown(self, table: Mapping[str, object], where: str) -> XY:
         """With the gains and parts that a table names."""
-        made: XY = stage_trees.grown(self, AXES, table, where)
+        made: XY = stage_trees.with_gains(self, AXES, table, where)
         return made
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> XY:
@@ -98,7 +98,7 @@ def of(tree: XY) -> tuple[Any, Any]:
     return tree.x, tree.y
 
 
-def _carried(tree: XY) -> float:
+def _carried_mass(tree: XY) -> float:
     """Mass of y that x carries."""
     if tree.stack.carries == NOTHING:
         return 0.0
@@ -107,11 +107,11 @@ def _carried(tree: XY) -> float:
 
 def _both(what: Callable[[Any], float]) -> Callable[[XY], float]:
     """Limits of both axes together."""
-    return lambda tree: rounded(math.hypot(what(tree.x), what(tree.y)))
+    return lambda tree: round_to(math.hypot(what(tree.x), what(tree.y)))
 
 
 RULES: tuple[Rule, ...] = (
-    ("x.load.payload", _carried),
+    ("x.load.payload", _carried_mass),
     *stage_trees.each_rule({name: axis.Axis() for name in AXES}),
     ("path.speed", _both(lambda one: one.motion.velocity)),
     ("path.acceleration", _both(lambda one: one.motion.acceleration)),
@@ -141,7 +141,7 @@ def _checks(tree: XY) -> Iterator[Checked]:
 def _default() -> XY:
     made: Any = XY()
     upper = made.y._replace(load=made.y.load._replace(stop_high=205e-3))
-    found: XY = settled(made._replace(y=upper))
+    found: XY = derive_all(made._replace(y=upper))
     return found
 
 

@@ -45,7 +45,7 @@ class Port(Protocol):
     def close(self) -> None: ...
 
 
-def opened(device: str) -> Port:
+def open_port(device: str) -> Port:
     try:
         import serial
     except ModuleNotFoundError:
@@ -74,7 +74,7 @@ class Link:
     def tell(self, name: str, **values: float) -> None:
         self._sequence += 1
         try:
-            self.port.write(protocol.told(name, self._sequence, **values))
+            self.port.write(protocol.encode(name, self._sequence, **values))
         except OSError as error:
             raise BoardError(f"{self.name}: {error}") from None
 
@@ -85,7 +85,7 @@ class Link:
             data = self.port.read(max(self.port.in_waiting, 1))
         except OSError as error:
             raise BoardError(f"{self.name}: {error}") from None
-        frames = (protocol.heard(body) for body in self._stream.take(data))
+        frames = (protocol.decode(body) for body in self._stream.take(data))
         return [frame for frame in frames if frame is not None]
 
     def urge(self, name: str, answer: str, **values: float) -> dict[str, Any]:

@@ -70,7 +70,7 @@ REST = Effort(math.nan, 0.0, 0.0, 0.0, OK)
 
 def prepare(limits: Limits, table: Calibration, macro: PdTuned, micro: PiAntiWindup,
             width: float) -> Board:  # fmt: skip
-    return Board(guard.prepare(limits, shortened(table)), macro, micro, width)
+    return Board(guard.prepare(limits, shorten(table)), macro, micro, width)
 
 
 def of(limits: Limits, table: Calibration | None, gains: Control | None = None) -> Board:
@@ -82,7 +82,7 @@ def of(limits: Limits, table: Calibration | None, gains: Control | None = None) 
     return prepare(limits, table, gains.pd_tuned, gains.pi_antiwindup, gains.dead_zone)
 
 
-def shortened(table: Calibration) -> Calibration:
+def shorten(table: Calibration) -> Calibration:
     """The table with as many points as the board has room for."""
     step = table.step * (len(table.position) - 1) / (TABLE - 1)
     volts = [table.low + k * step for k in range(TABLE)]

@@ -13,7 +13,7 @@ def crc16(data: bytes, crc: int = _START) -> int:
     return crc_hqx(data, crc)
 
 
-def stuffed(data: bytes) -> bytes:
+def stuff(data: bytes) -> bytes:
     """Consistent overhead byte stuffing (Cheshire and Baker, 1999)."""
     out, block = bytearray(), bytearray()
     for byte in data:
@@ -45,12 +45,12 @@ def plain(data: bytes) -> bytes | None:
     return bytes(out) if data else None
 
 
-def framed(data: bytes) -> bytes:
+def frame(data: bytes) -> bytes:
     """A frame for the line, CRC and zero included."""
-    return stuffed(data + crc16(data).to_bytes(2, "little")) + b"\0"
+    return stuff(data + crc16(data).to_bytes(2, "little")) + b"\0"
 
 
-def unframed(data: bytes) -> bytes | None:
+def unframe(data: bytes) -> bytes | None:
     found = plain(data)
     if found is None or len(found) < 4:
         return None
@@ -71,7 +71,7 @@ class Stream:
         for part in ended:
             self._rest += part
             if self._rest:
-                body = unframed(bytes(self._rest))
+                body = unframe(bytes(self._rest))
                 if body is None:
                     self.bad += 1
                 else:

@@ -36,7 +36,7 @@ class Boarded:
         """The rig, not opened."""
         table = None
         if self.calibration is not None:
-            table = calibration.read(read_text(self.calibration, "Hall calibration"))
+            table = calibration.parse(read_text(self.calibration, "Hall calibration"))
         params = control.of(self.limits or Limits(), table, self.gains)
         rig = BoardRig(self.device, self.loop or BOARD_LOOP, table, params, both=self.both)
         rig.yielding = self.yielding
@@ -74,7 +74,7 @@ def is_board(name: str) -> bool:
     return name == BOARD or name.startswith(_SCHEME)
 
 
-def read(name: str) -> Boarded:
+def parse(name: str) -> Boarded:
     device, *more = name.removeprefix(_SCHEME).split(",")
     if name == BOARD or not device:
         remedy = "Give it, such as --port /dev/ttyUSB0, or name the rig board:/dev/ttyUSB0."
@@ -96,7 +96,7 @@ def read(name: str) -> Boarded:
     return Boarded(device, loop, Path(file) if file else None, stages)
 
 
-def joined(rig: str, port: str | None, loop: str | None, calibration: Path | None) -> str:
+def board_name(rig: str, port: str | None, loop: str | None, calibration: Path | None) -> str:
     """The name of a rig with the board's options of the command line."""
     given = {"--port": port, "--loop": loop, "--calibration": calibration}
     if rig != BOARD:
@@ -108,5 +108,5 @@ def joined(rig: str, port: str | None, loop: str | None, calibration: Path | Non
                 raise ProblemError(option, f"needs --rig {BOARD}", remedy)
         return rig
     if port is None:
-        return str(read(rig))
-    return str(read(str(Boarded(port, loop, calibration))))
+        return str(parse(rig))
+    return str(parse(str(Boarded(port, loop, calibration))))

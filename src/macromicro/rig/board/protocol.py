@@ -55,14 +55,14 @@ REFUSALS = {number: name for name, number in SPEC["refusals"].items()}
 BOARDS = {number: name for name, number in SPEC["boards"].items()}
 
 
-def told(name: str, sequence: int, **values: float) -> bytes:
+def encode(name: str, sequence: int, **values: float) -> bytes:
     """Encode a frame."""
     message = HOST[name] if name in HOST else BOARD[name]
     fields = message.packer.pack(*(values[field] for field in message.fields))
-    return framing.framed(bytes((message.id, sequence & 0xFF)) + fields)
+    return framing.frame(bytes((message.id, sequence & 0xFF)) + fields)
 
 
-def heard(body: bytes) -> Frame | None:
+def decode(body: bytes) -> Frame | None:
     """Decode a frame."""
     message = _BY_ID.get(body[0])
     if message is None or len(body) != 2 + message.packer.size:

@@ -80,7 +80,7 @@ class BoardRig:
         loop: str = BOARD_LOOP,
         calibration: Calibration | None = None,
         params: Board | None = None,
-        open_port: Callable[[str], Port] = _link.opened,
+        open_port: Callable[[str], Port] = _link.open_port,
         both: bool | None = None,
     ) -> None:
         self.device, self.loop, self.calibration = device, loop, calibration

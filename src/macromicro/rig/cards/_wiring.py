@@ -112,14 +112,14 @@ class Wiring(NamedTuple):
     keeps_count: bool = False  # whether the counter counts on while nothing runs
 
 
-def read(path: Path, own: Mapping[str, Mapping[str, tuple[str, ...]]]) -> Wiring:
+def read_wiring(path: Path, own: Mapping[str, Mapping[str, tuple[str, ...]]]) -> Wiring:
     table = read_toml(path, "wiring of a card")
     keys.unknown(table, _HEAD, f"{path}: ")
     card = _one_of(table.get("card"), tuple(own), f"{path}: card")
     kind = _one_of(table.get("kind", BENCH), tuple(KINDS), f"{path}: kind")
     device = table.get("device")
     if not isinstance(device, str) or not device:
-        raise InputError(f"{path}: device", keys.found(device), "the device's name, in quotes")
+        raise InputError(f"{path}: device", keys.show_value(device), "the device's name, in quotes")
     inputs, outputs = (
         _terminals(table, which, getattr(ROLES[kind], which), own[card], path) for which in _TABLES
     )
@@ -157,11 +157,11 @@ def _terminals(
         given = _table(raw, where)
         keys.unknown(given, (*own[role.signal], *_OWN[role.signal]), f"{where}.")
         at = {key: plain(value) for key, value in given.items() if key in own[role.signal]}
-        made.append(Terminal(name, role.signal, at, where, *_scaled(given, role, where)))
+        made.append(Terminal(name, role.signal, at, where, *_scale(given, role, where)))
     return tuple(made)
 
 
-def _scaled(given: dict[str, Any], role: Role, where: str) -> tuple[float, float]:
+def _scale(given: dict[str, Any], role: Role, where: str) -> tuple[float, float]:
     if role.signal == DIGITAL:
         return (-1.0 if _truth(given, "invert", f"{where}.invert") else 1.0), 0.0
     if role.signal == COUNTER:
@@ -201,7 +201,7 @@ def _calibration(table: dict[str, Any], path: Path) -> Calibration | None:
     if not isinstance(raw, str):
         raise InputError(f"{path}: calibration", printable(raw), "name of a file, in quotes")
     file = path.parent / raw
-    return calibration.read(read_text(file, "Hall calibration"))
+    return calibration.parse(read_text(file, "Hall calibration"))
 
 
 def _truth(table: dict[str, Any], key: str, where: str) -> bool:
@@ -219,5 +219,5 @@ def _table(raw: object, where: str) -> dict[str, Any]:
 
 def _one_of(raw: object, known: tuple[str, ...], where: str) -> str:
     if not isinstance(raw, str) or raw not in known:
-        raise InputError(where, keys.found(raw), f"one of {', '.join(known)}")
+        raise InputError(where, keys.show_value(raw), f"one of {', '.join(known)}")
     return raw

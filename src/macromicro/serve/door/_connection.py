@@ -15,8 +15,8 @@ from macromicro.serve._instrument import Instrument
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Capacity, Client, Entry, Waiting
 from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
-from macromicro.serve.hosts import TRIES, Token, guarded
-from macromicro.serve.listening import Listener, check_port, refused
+from macromicro.serve.hosts import TRIES, Token, require_token
+from macromicro.serve.listening import Listener, check_port, listen_error
 
 HERE, CLOSED, RESET = range(3)
 _LIMIT = 64 * 1024
@@ -281,7 +281,7 @@ def token(host: str, given: str | Token | None) -> Token:
     """The token of a server that listens at `host`, checked."""
     if isinstance(given, Token):
         return given
-    guarded(host, given)
+    require_token(host, given)
     return Token(given)
 
 
@@ -339,7 +339,7 @@ class LineServer(Listener):
             loop = asyncio.get_running_loop()
             listening = await loop.create_server(protocol, host, port, backlog=BACKLOG)
         except OSError as error:
-            raise refused(host, port, error) from None
+            raise listen_error(host, port, error) from None
         try:
             self._listening(*listening.sockets[0].getsockname()[:2])
             while True:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from macromicro.errors import InputError
 from macromicro.extras import require
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.hosts import HOST, Token, guarded
+from macromicro.serve.hosts import HOST, Token, require_token
 from macromicro.serve.listening import Listener
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ _PREFIX = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_:-]{0,29}")
 _QUIET = {"EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST": HOST}
 
 
-def checked(prefix: str) -> str:
+def check_prefix(prefix: str) -> str:
     """Check a prefix of channel names, and that they can be served."""
     if not _PREFIX.fullmatch(prefix):
         raise InputError("--epics", prefix, "a prefix such as LAB:STAGE, at most 30 characters")
@@ -41,11 +41,11 @@ class EpicsServer(Listener):
     """
 
     def __init__(self, station: Station, prefix: str, token: Token | None = None) -> None:
-        self.prefix = checked(prefix)
+        self.prefix = check_prefix(prefix)
         self._interfaces = os.environ.get(INTERFACES, "").split() or [HOST]
         token = token or Token(None)
         for address in self._interfaces:
-            guarded(address, None if token.open else "x" * 32)
+            require_token(address, None if token.open else "x" * 32)
         super().__init__("EPICS", self._interfaces[0], 0)
         self._instrument = Instrument(station, token=token)
 

@@ -96,7 +96,7 @@ def _limit(which: str) -> Callable[[Session, str], float]:
     )
 
 
-def _referenced(session: Session, axis: str) -> bool:
+def _is_referenced(session: Session, axis: str) -> bool:
     now = session.station.snapshot()
     return now.trusted and now.mode != m.MODES[m.HOMING]
 
@@ -141,7 +141,7 @@ async def _frf(call: Call) -> Answer:
     try:
         await session.move(m.Home(), call.entry)
     except GcsError:
-        if not (session.servo and _referenced(session, "")):  # an absolute sensor needs none
+        if not (session.servo and _is_referenced(session, "")):  # an absolute sensor needs none
             raise
     return None
 
@@ -293,7 +293,7 @@ COMMANDS: dict[str, Command] = {
     "DRR?": Command(_drr, "<offset> <count> [{<table>}] get recorded data values", blocks=True),
     "ERR?": Command(lambda call: str(call.session.error()), "get error number"),
     "FRF": Command(_frf, f"{_ASKED} reference: home the machine"),
-    "FRF?": Command(_flags(_referenced), f"{_ASKED} get referencing result"),
+    "FRF?": Command(_flags(_is_referenced), f"{_ASKED} get referencing result"),
     "HDR?": Command(_hdr, "get all data recorder options"),
     "HLP?": Command(_hlp, "get list of available commands"),
     "MOV": Command(_mov, f"{_VALUES} set target position"),

@@ -22,7 +22,7 @@ class GcsError(Exception):
         self.number = number
 
 
-def refused(reply: m.Refused, now: Snapshot, client: str) -> GcsError:
+def refusal_error(reply: m.Refused, now: Snapshot, client: str) -> GcsError:
     if reply.beyond:
         number = OUT_OF_LIMITS
     elif not now.running:
@@ -32,7 +32,7 @@ def refused(reply: m.Refused, now: Snapshot, client: str) -> GcsError:
     return GcsError(number, f"{reply.reason}; {reply.remedy}")
 
 
-def ended(outcome: str, *, homing: bool) -> int:
+def end_code(outcome: str, *, homing: bool) -> int:
     if outcome in _STOPS:
         return STOPPED
     if homing:

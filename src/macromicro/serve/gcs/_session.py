@@ -53,7 +53,7 @@ class Session(Client):
         wanted = (DONE, m.STOPPED_BY_REQUEST) if self._stopping else (DONE,)
         self.motion, self.arrived = 0, outcome in wanted
         if not self.arrived:
-            self.fail(_errors.ended(outcome, homing=self.homing))
+            self.fail(_errors.end_code(outcome, homing=self.homing))
         return False
 
     async def halt(self) -> None:
@@ -78,7 +78,7 @@ class Session(Client):
             raise GcsError(_errors.PASSWORD, "the token is missing: CCL 1 TOKEN")
         reply = await self.command(request, entry)
         if isinstance(reply, Refused):
-            raise _errors.refused(reply, self.station.snapshot(), self.name)
+            raise _errors.refusal_error(reply, self.station.snapshot(), self.name)
         return reply.id
 
     async def move(self, request: m.Request, entry: Entry[Any]) -> None:

@@ -54,7 +54,7 @@ def elements(message: bytes, place: int) -> tuple[list[Element], int]:
         if mark in (b"", b";"):
             return found, place
         if mark != b",":
-            raise ScpiError(-103, f"{shown(message, place)} behind {shown(element.text)}")
+            raise ScpiError(-103, f"{excerpt(message, place)} behind {excerpt(element.text)}")
         place = blank(message, place + 1)
 
 
@@ -65,7 +65,7 @@ def blank(message: bytes, place: int) -> int:
     return found.end()
 
 
-def shown(found: bytes | str, place: int = 0) -> str:
+def excerpt(found: bytes | str, place: int = 0) -> str:
     """A printable excerpt of the message from `place` on, of bounded length."""
     head = found[place : place + 30]
     text = head.decode("ascii", "replace") if isinstance(head, bytes) else head
@@ -77,35 +77,35 @@ def _element(message: bytes, place: int) -> tuple[Element, int]:
     if mark in (b'"', b"'"):
         return _string(message, place)
     if mark == b"#":
-        return _based(message, place)
+        return _based_number(message, place)
     if word := _WORD.match(message, place):
         if len(word[0]) > LONGEST_WORD:
-            raise ScpiError(-144, shown(word[0]))
+            raise ScpiError(-144, excerpt(word[0]))
         return Element(WORD, word[0].decode()), word.end()
     if number := _NUMBER.match(message, place):
         return _number(message, number)
     if mark == b"(":
-        raise ScpiError(-178, shown(message, place))
+        raise ScpiError(-178, excerpt(message, place))
     if mark in (b"", b",", b";"):
         raise ScpiError(-109, "nothing beside a comma")
     if mark in (b"+", b"-", b"."):
-        raise ScpiError(-121, shown(message, place))
-    raise ScpiError(-101, shown(message, place))
+        raise ScpiError(-121, excerpt(message, place))
+    raise ScpiError(-101, excerpt(message, place))
 
 
 def _number(message: bytes, number: re.Match[bytes]) -> tuple[Element, int]:
     if len(number[1].strip(b"+-").replace(b".", b"")) > MOST_DIGITS:
-        raise ScpiError(-124, shown(number[1]))
+        raise ScpiError(-124, excerpt(number[1]))
     exponent = (number[2] or b"0").lstrip(b"+-0")
     if len(exponent) > 5 or int(exponent or b"0") > LARGEST_EXPONENT:
-        raise ScpiError(-123, shown(number[0]))
+        raise ScpiError(-123, excerpt(number[0]))
     end, suffix = number.end(), ""
     if unit := _SUFFIX.match(message, end):
         if len(unit[1]) > LONGEST_SUFFIX:
-            raise ScpiError(-134, shown(unit[1]))
+            raise ScpiError(-134, excerpt(unit[1]))
         end, suffix = unit.end(), unit[1].decode().upper()
     elif message[end : end + 1] not in _BEHIND:
-        raise ScpiError(-121, shown(message, number.start()))
+        raise ScpiError(-121, excerpt(message, number.start()))
     return Element(NUMBER, number[0].decode(), suffix), end
 
 
@@ -126,12 +126,12 @@ def _string(message: bytes, place: int) -> tuple[Element, int]:
     return Element(STRING, text), place
 
 
-def _based(message: bytes, place: int) -> tuple[Element, int]:
+def _based_number(message: bytes, place: int) -> tuple[Element, int]:
     """A number in base 16, 8 or 2 (7.7.4), or a block of given length (7.7.6)."""
     if based := _BASED.match(message, place):
         digits = based[1].decode()
         if len(digits) > 17:
-            raise ScpiError(-124, shown(based[0]))
+            raise ScpiError(-124, excerpt(based[0]))
         value = int(digits[1:], _BASES[digits[0].upper()])
         return Element(NUMBER, str(value)), based.end()
     head = message[place + 1 : place + 2]

@@ -8,8 +8,8 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from macromicro.serve.requests import CONTROL, STOPS
-from macromicro.serve.scpi._data import BLANK, elements, shown
-from macromicro.serve.scpi._parameters import read, spellings
+from macromicro.serve.scpi._data import BLANK, elements, excerpt
+from macromicro.serve.scpi._parameters import read_values, spellings
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.errors import ScpiError
 
@@ -42,7 +42,9 @@ def nodes(pattern: str) -> tuple[Node, ...]:
     )
 
 
-def written(pattern: str) -> Iterator[tuple[tuple[str, ...], tuple[tuple[int, int] | None, ...]]]:
+def all_spellings(
+    pattern: str,
+) -> Iterator[tuple[tuple[str, ...], tuple[tuple[int, int] | None, ...]]]:
     """All spellings of a pattern: mnemonics in capitals, with suffix ranges."""
     if pattern.startswith("*"):
         yield (pattern.removesuffix("?").upper(),), (None,)
@@ -66,7 +68,7 @@ class Tree:
         ] = {}
         for command in commands:
             query = command.header.endswith("?")
-            for names, ranges in written(command.header):
+            for names, ranges in all_spellings(command.header):
                 if (names, query) in self._known:
                     raise ValueError(f"{command.header} is declared twice")
                 self._known[names, query] = command, ranges
@@ -79,11 +81,11 @@ class Tree:
         if text.startswith("*"):
             entry = self._known.get(((text,), query))
             if entry is None:
-                raise ScpiError(-113, shown(header))
+                raise ScpiError(-113, excerpt(header))
             return Found(entry[0], (), path)
         mnemonics = tuple(text.removeprefix(":").split(":"))
         if any(len(m) > LONGEST_MNEMONIC for m in mnemonics):
-            raise ScpiError(-112, shown(header))
+            raise ScpiError(-112, excerpt(header))
         whole = mnemonics if text.startswith(":") else (*path, *mnemonics)
         matches = [_MNEMONIC.fullmatch(m) for m in whole]
         names = tuple(m[1] if m else "" for m in matches)
@@ -93,7 +95,7 @@ class Tree:
             if plain is not None and plain[0].access == STOPS:
                 return Found(plain[0], (), mnemonics[:-1])
         if entry is None:
-            raise ScpiError(-113, shown(header))
+            raise ScpiError(-113, excerpt(header))
         digits = [m[2] if m else "" for m in matches]
         return Found(entry[0], tuple(_suffixes(header, digits, entry[1])), whole[:-1])
 
@@ -105,12 +107,12 @@ def _suffixes(
     for text, allowed in zip(digits, ranges, strict=True):
         if allowed is None:
             if text:
-                raise ScpiError(-114, shown(header))
+                raise ScpiError(-114, excerpt(header))
             continue
         number = int(text or "1")
         if not allowed[0] <= number <= allowed[1]:
             accepted = f"{allowed[0]} to {allowed[1]}"
-            raise ScpiError(-114, f"{shown(header)}; accepted: {accepted}")
+            raise ScpiError(-114, f"{excerpt(header)}; accepted: {accepted}")
         yield number
 
 
@@ -144,7 +146,7 @@ class Message(NamedTuple):
 
     def parted(self) -> tuple[tuple[Unit, ...], tuple[Unit, ...]]:
         """The stops that may overtake earlier messages, and the rest."""
-        first = next((k for k, u in enumerate(self.units) if _ordered(u)), len(self.units))
+        first = next((k for k, u in enumerate(self.units) if _is_order(u)), len(self.units))
         head = self.units[:first]
         kinds = {u.command.act: u for u in reversed(head) if u.command.access == STOPS}
         urgent = tuple(reversed(kinds.values()))
@@ -152,7 +154,7 @@ class Message(NamedTuple):
         return urgent, rest + self.units[first:]
 
 
-def _ordered(unit: Unit) -> bool:
+def _is_order(unit: Unit) -> bool:
     return unit.command.access == CONTROL or unit.command.waits
 
 
@@ -210,13 +212,13 @@ def _unit(
     header = _HEADER.match(message, place)
     if header is None:
         number = -102 if message[place] < 0x7F else -101
-        raise ScpiError(number, f"{shown(message, place)}; a header was expected")
+        raise ScpiError(number, f"{excerpt(message, place)}; a header was expected")
     if len(header[0]) > LONGEST_HEADER:
-        raise ScpiError(-112, shown(header[0]))
+        raise ScpiError(-112, excerpt(header[0]))
     found = tree.find(header[0].decode(), path)
     end = header.end()
     if end < len(message) and message[end] not in BLANK + b";":
-        raise ScpiError(-102, f"{shown(message, end)} behind {shown(header[0])}")
+        raise ScpiError(-102, f"{excerpt(message, end)} behind {excerpt(header[0])}")
     given, end = elements(message, end)
-    values = read(found.command.parameters, given)
+    values = read_values(found.command.parameters, given)
     return Unit(found.command, values, found.suffixes), found.path, min(end + 1, len(message))

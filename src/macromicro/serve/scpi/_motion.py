@@ -8,11 +8,11 @@ from typing import Any
 
 from macromicro.control.live.messages import ALL, AXES, STAGES, Enable, Refused
 from macromicro.serve import unconfirmed
-from macromicro.serve.requests import POINTS, Field, RequestType, ends, of_axes, streamed
+from macromicro.serve.requests import POINTS, Field, RequestType, ends, of_axes, stream_requests
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
 from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler, command, mnemonic, number
-from macromicro.serve.scpi.errors import ScpiError, quoted
+from macromicro.serve.scpi.errors import ScpiError, quote
 
 _ENDS = ("MINimum", "MAXimum")
 _WAY = Word("way", ("REPLace",), optional=True)  # the motion under way ends as superseded
@@ -26,7 +26,7 @@ def commands(
     axes: tuple[str, ...] = AXES,
 ) -> Iterator[Command]:
     """The SCPI commands of a request type, one for each choice in its header."""
-    kind = (of_axes(axes) | streamed(axes))[name]
+    kind = (of_axes(axes) | stream_requests(axes))[name]
     by_header = "{" in kind.header
     for choice in kind.fields[0].choices if by_header else (None,):
         fixed = () if choice is None else (choice,)
@@ -36,14 +36,14 @@ def commands(
         yield Command(
             kind.header.format(stage=node),
             act or _ordering(kind, fields, fixed),
-            kind.text.format(stage=_named(choice)),
+            kind.text.format(stage=_stage_name(choice)),
             taken if parameters is None else parameters,
             access=kind.access,
             streamed=kind.name in POINTS,
         )
 
 
-def _named(choice: str | None) -> str:
+def _stage_name(choice: str | None) -> str:
     if choice == ALL:
         return "stages together"
     return f"{choice}-stage" if choice in STAGES else f"axis {choice}"
@@ -97,7 +97,7 @@ def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ..
 
 def _point(name: str, axes: tuple[str, ...] = AXES) -> Handler:
     """Show the machine a streamed set point."""
-    kind = streamed(axes)[name]
+    kind = stream_requests(axes)[name]
 
     def act(call: Call) -> Answer:
         session = call.session
@@ -112,7 +112,7 @@ def _point(name: str, axes: tuple[str, ...] = AXES) -> Handler:
     return act
 
 
-def _asked(kind: str, unit: str, target: Callable[[Session], float]) -> Handler:
+def _position_query(kind: str, unit: str, target: Callable[[Session], float]) -> Handler:
     """The target or a limit, in counts or in the display unit."""
 
     def act(call: Call) -> Answer:
@@ -157,7 +157,7 @@ def _outcome(call: Call) -> Answer:
     per = call.session.instrument.place.per
     where = f"{number(end.position * per)},{number(end.uncertainty * per)}"
     facts = ", ".join(f"{name} {value}" for name, value in end.evidence.items())
-    return f"{quoted(end.outcome)},{where},{quoted(facts[:1000])}"
+    return f"{quote(end.outcome)},{where},{quote(facts[:1000])}"
 
 
 def _speeds(axes: tuple[str, ...] = AXES) -> Iterator[Command]:
@@ -172,7 +172,7 @@ def _speeds(axes: tuple[str, ...] = AXES) -> Iterator[Command]:
         yield Command(
             f"{each.header}?",
             act,
-            f"Maximum speed of moves of the {_named(stage)}.",
+            f"Maximum speed of moves of the {_stage_name(stage)}.",
             answer="speed mm/s; 9.91E37 if the law sets it",
         )
 
@@ -195,21 +195,21 @@ COMMANDS = (
     *commands("move to"),
     command(
         "MOVE[:ABSolute]?",
-        _asked("whole", "m", lambda session: session.snapshot().target_m),
+        _position_query("whole", "m", lambda session: session.snapshot().target_m),
         (_WHICH,),
     ),
     *commands("move by"),
     *commands("move macro"),
     command(
         "MOVE:MACRo?",
-        _asked("macro", "counts", lambda session: session.snapshot().macro_reference),
+        _position_query("macro", "counts", lambda session: session.snapshot().macro_reference),
         (_WHICH,),
     ),
     *commands("move macro by"),
     *commands("move micro"),
     command(
         "MOVE:MICRo?",
-        _asked("micro", "m", lambda session: session.snapshot().micro_reference_m),
+        _position_query("micro", "m", lambda session: session.snapshot().micro_reference_m),
         (_WHICH,),
     ),
     *commands("move micro by"),

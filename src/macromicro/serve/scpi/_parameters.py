@@ -6,7 +6,7 @@ import math
 from decimal import Decimal
 from typing import Any, NamedTuple
 
-from macromicro.serve.scpi._data import BLOCK, NUMBER, STRING, WORD, Element, shown
+from macromicro.serve.scpi._data import BLOCK, NUMBER, STRING, WORD, Element, excerpt
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.units import size
 
@@ -46,7 +46,7 @@ class Number(NamedTuple):
         if element.kind == WORD and self.instead:
             return Word(self.name, self.instead).read(element)
         if element.kind != NUMBER:
-            raise ScpiError(-104, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
+            raise ScpiError(-104, f"{self.name}: {excerpt(element.text)}; accepted: {self.words()}")
         known = UNITS[self.unit]
         if element.suffix and not known:
             raise ScpiError(-138, f"{self.name}: {element.suffix}; accepted: {self.words()}")
@@ -60,9 +60,9 @@ class Number(NamedTuple):
         if fine and self.rounds:  # IEEE 488.2, 10.10
             value = float(math.floor(value + 0.5))
         if not (fine and self.lo <= value <= self.hi):
-            raise ScpiError(-222, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
+            raise ScpiError(-222, f"{self.name}: {excerpt(element.text)}; accepted: {self.words()}")
         if self.whole and value != math.floor(value):
-            raise ScpiError(-222, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
+            raise ScpiError(-222, f"{self.name}: {excerpt(element.text)}; accepted: {self.words()}")
         return value
 
     def words(self) -> str:
@@ -96,7 +96,7 @@ class Flag(NamedTuple):
             raise ScpiError(-104, f"{self.name}; accepted: {self.words()}")
         if element.kind == NUMBER:
             return abs(Decimal(element.text)) >= Decimal("0.5")
-        raise ScpiError(-224, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
+        raise ScpiError(-224, f"{self.name}: {excerpt(element.text)}; accepted: {self.words()}")
 
     def words(self) -> str:
         return "ON, OFF, 1 or 0"
@@ -116,7 +116,7 @@ class Word(NamedTuple):
         for choice in self.choices:
             if element.text.upper() in spellings(choice):
                 return spellings(choice)[0]
-        raise ScpiError(-224, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
+        raise ScpiError(-224, f"{self.name}: {excerpt(element.text)}; accepted: {self.words()}")
 
     def words(self) -> str:
         return " or ".join(self.choices)
@@ -179,7 +179,7 @@ class NumberOrText(NamedTuple):
 Parameter = Number | Flag | Word | Text | NameOrBlock | NumberOrText
 
 
-def read(parameters: tuple[Parameter, ...], given: list[Element]) -> tuple[Any, ...]:
+def read_values(parameters: tuple[Parameter, ...], given: list[Element]) -> tuple[Any, ...]:
     """The values of all parameters, None for an omitted optional one."""
     if len(given) > len(parameters):
         most = f"at most {len(parameters)}" if parameters else "none"

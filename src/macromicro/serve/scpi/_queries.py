@@ -16,7 +16,7 @@ from macromicro.serve.scpi.command import (
     number,
     numbers,
 )
-from macromicro.serve.scpi.errors import quoted
+from macromicro.serve.scpi.errors import quote
 from macromicro.serve.telling import calibrations
 
 _STAGE = "STAGe<n=1..2>"
@@ -50,7 +50,7 @@ def _point(call: Call) -> Answer:
 
 def _trust(call: Call) -> Answer:
     now = call.session.snapshot()
-    return f"{flag(now.trusted)},{quoted(now.trust)}"
+    return f"{flag(now.trusted)},{quote(now.trust)}"
 
 
 def _of_stage(macro: str, micro: str) -> Handler:
@@ -69,19 +69,18 @@ def _fault(call: Call) -> Answer:
     if fault is None:
         return '0,"none","","",""'
     words = (fault.name, fault.message, fault.evidence, fault.remedy)
-    return f"{fault.code}," + ",".join(map(quoted, words))
+    return f"{fault.code}," + ",".join(map(quote, words))
 
 
 def _lines(call: Call) -> Answer:
     lines = call.session.snapshot().lines
-    return ",".join(f"{quoted(name)},{flag(on)}" for name, on in lines) or '"",0'
+    return ",".join(f"{quote(name)},{flag(on)}" for name, on in lines) or '"",0'
 
 
 def _calibrations(call: Call) -> Answer:
     found = calibrations(call.session.instrument.settings)
     each = (
-        f"{quoted(c['stage'])},{quoted(c['made'])},"
-        + numbers(c["temperature"], c["cold"], c["hot"])
+        f"{quote(c['stage'])},{quote(c['made'])}," + numbers(c["temperature"], c["cold"], c["hot"])
         for c in found
     )
     return ",".join(each) or '"","",9.91E37,9.91E37,9.91E37'
@@ -105,7 +104,7 @@ def of_stages(axes: tuple[str, ...]) -> Iterator[Command]:
 
 
 COMMANDS = (
-    command("MODE?", lambda call: quoted(call.session.snapshot().mode)),
+    command("MODE?", lambda call: quote(call.session.snapshot().mode)),
     command("POSition[:ABSolute]?", _position),
     command("POSition:POINt?", _point),
     *of_stages(AXES),

@@ -102,7 +102,7 @@ class Session(Client):
             if end is None:
                 self.fail(ScpiError(-240, f"{words}: the loop process has ended"))
             elif end.outcome != DONE:
-                self.fail(ended(end, words, self.instrument.place))
+                self.fail(motion_error(end, words, self.instrument.place))
         if not self.pending and self.completing:
             self.completing = False
             self.events |= OPERATION_COMPLETE
@@ -122,7 +122,7 @@ class Session(Client):
         raise ScpiError(number, f"{reply.reason}; {reply.remedy}")
 
 
-def ended(end: Finished, words: str, place: Place = LENGTH) -> ScpiError:
+def motion_error(end: Finished, words: str, place: Place = LENGTH) -> ScpiError:
     """The error of a failed motion."""
     told = f" at {end.position * place.per:.3f} {place.unit}"
     where = told if abs(end.position) < 1e3 else ""

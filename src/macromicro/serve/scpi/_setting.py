@@ -9,7 +9,7 @@ from macromicro.serve.requests import CONTROL, STOPS, TOKEN
 from macromicro.serve.scpi._motion import commands, stop
 from macromicro.serve.scpi._parameters import NameOrBlock, Number, NumberOrText, Text, Word
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler, command, number, numbers
-from macromicro.serve.scpi.errors import ScpiError, quoted
+from macromicro.serve.scpi.errors import ScpiError, quote
 
 _ENDS = ("MINimum", "MAXimum", "DEFault")
 # Limits: what they are called here and by the machine, and their unit.
@@ -67,7 +67,7 @@ def _entry(call: Call) -> Entry:
 def _gain(call: Call) -> Answer:
     entry = _entry(call)
     value = entry.par.given(entry.value)
-    return quoted(value) if isinstance(value, str) else number(value, 17)
+    return quote(value) if isinstance(value, str) else number(value, 17)
 
 
 def _bounds(call: Call) -> Answer:
@@ -75,11 +75,11 @@ def _bounds(call: Call) -> Answer:
     choices = ", ".join(par.choices)
     low = 0.0 if par.positive and par.lo < 0.0 else par.lo
     ends = numbers(par.given(low), par.given(par.hi))
-    return f"{ends},{quoted(par.read_in)},{quoted(par.meaning)},{quoted(choices)}"
+    return f"{ends},{quote(par.read_in)},{quote(par.meaning)},{quote(choices)}"
 
 
 def _gains(call: Call) -> Answer:
-    return ",".join(quoted(e.path) for e in entries(call.session.instrument.control))
+    return ",".join(quote(e.path) for e in entries(call.session.instrument.control))
 
 
 async def _set_gain(call: Call) -> Answer:
@@ -149,14 +149,14 @@ COMMANDS = (
     command("GAIN:DEFault", _default_gains, access=CONTROL),
     command(
         "PROGram:CATalog?",
-        lambda call: ",".join(quoted(name) for name in call.session.instrument.programmes()),
+        lambda call: ",".join(quote(name) for name in call.session.instrument.programmes()),
     ),
     command(
         "PROGram:LOAD", _load, (NameOrBlock("programme"),), access=TOKEN, cost=100, blocks=True
     ),
     command(
         "PROGram:NAME?",
-        lambda call: quoted(call.session.programme[0] if call.session.programme else ""),
+        lambda call: quote(call.session.programme[0] if call.session.programme else ""),
     ),
     *commands("programme", _run),
     command("PROGram:STOP", stop, access=STOPS),

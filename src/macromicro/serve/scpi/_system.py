@@ -7,7 +7,7 @@ from macromicro.serve import telling
 from macromicro.serve.requests import TOKEN
 from macromicro.serve.scpi._parameters import Number, Text
 from macromicro.serve.scpi.command import Answer, Call, block, command, number
-from macromicro.serve.scpi.errors import ScpiError, quoted
+from macromicro.serve.scpi.errors import ScpiError, quote
 
 VERSION = "1999.0"
 _EVENT_TEXT = 2000
@@ -60,7 +60,7 @@ def _event(call: Call) -> Answer:
     told = telling.event(event, session.instrument.settings.controller)
     evidence = json.dumps(told.evidence, default=str)[:_EVENT_TEXT]
     words = (event.kind, event.from_mode, event.to_mode, event.cause, evidence)
-    return f"{first + 1},{number(event.time)}," + ",".join(map(quoted, words))
+    return f"{first + 1},{number(event.time)}," + ",".join(map(quote, words))
 
 
 def _events(call: Call) -> Answer:
@@ -91,10 +91,10 @@ COMMANDS = (
     command("SYSTem:AUTHenticate", _authenticate, (Text("token", 200),), cost=20),
     command("SYSTem:LOCK:REQuest?", _request, access=TOKEN),
     command("SYSTem:LOCK:RELease", _release, access=TOKEN),
-    command("SYSTem:LOCK:OWNer?", lambda call: quoted(call.session.snapshot().holder)),
+    command("SYSTem:LOCK:OWNer?", lambda call: quote(call.session.snapshot().holder)),
     command("SYSTem:LOCK:WATChdog", _watchdog, (Number("time", "s", lo=0, hi=3600),)),
     command("SYSTem:LOCK:WATChdog?", lambda call: number(call.session.watchdog)),
-    command("SYSTem:CLIent?", lambda call: quoted(call.session.name)),
+    command("SYSTem:CLIent?", lambda call: quote(call.session.name)),
     command("EVENt[:NEXT]?", _event),
     command("EVENt:COUNt?", _events),
 )

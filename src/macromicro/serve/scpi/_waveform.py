@@ -18,7 +18,7 @@ from macromicro.serve.requests import CONTROL
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Text, Word
 from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.command import Answer, Call, Command, block, command, flag, number
-from macromicro.serve.scpi.errors import ScpiError, quoted
+from macromicro.serve.scpi.errors import ScpiError, quote
 from macromicro.serve.shared import RING_S
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -63,10 +63,10 @@ def _data(call: Call) -> Answer:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
     instrument = call.session.instrument
     rows = instrument.newest(round(seconds / instrument.period))
-    return shown(call.session, rows[k] * float(telemetry.scales[k, 0]))
+    return format_values(call.session, rows[k] * float(telemetry.scales[k, 0]))
 
 
-def shown(session: Session, values: Array) -> Answer:
+def format_values(session: Session, values: Array) -> Answer:
     """Numbers as the format of a client says."""
     kind, length = session.format
     if kind == "ASC":
@@ -101,7 +101,7 @@ def _record(call: Call) -> Answer:
 
 def _recording(call: Call) -> Answer:
     state = call.session.snapshot().recording
-    return f"{flag(state.active)},{state.rows},{state.lost},{quoted(state.error)}"
+    return f"{flag(state.active)},{state.rows},{state.lost},{quote(state.error)}"
 
 
 _SOURCES = dict(zip(("NOW", "EDGE", "LEV", "BEG", "END", "FAUL", "LIM"), TRIGGERS, strict=True))
@@ -160,7 +160,7 @@ def _state(call: Call) -> Answer:
     return "STOP,0" if capture is None else f"{capture.state[:4].upper()},{capture.number}"
 
 
-def _captured(call: Call) -> Captured:
+def _latest_capture(call: Call) -> Captured:
     capture = call.session.station.captures.of(call.session.name)
     if capture is None or capture.captured is None:
         raise ScpiError(-221, "nothing is captured yet; CAPTure:STARt, CAPTure:STATe?")
@@ -168,18 +168,18 @@ def _captured(call: Call) -> Captured:
 
 
 def _captured_data(call: Call) -> Answer:
-    found, name = _captured(call), call.values[0].lower()
+    found, name = _latest_capture(call), call.values[0].lower()
     if name not in found.names:
         raise ScpiError(-224, f"{name[:40]}; accepted: {', '.join(found.names)}")
-    return shown(call.session, found.values[found.names.index(name)])
+    return format_values(call.session, found.values[found.names.index(name)])
 
 
 def _at(call: Call) -> Answer:
-    return number(_captured(call).time)
+    return number(_latest_capture(call).time)
 
 
 def _units(call: Call) -> Answer:
-    return ",".join(map(quoted, _captured(call).units))
+    return ",".join(map(quote, _latest_capture(call).units))
 
 
 WAVEFORMS = (
@@ -191,8 +191,8 @@ WAVEFORMS = (
     command("FORMat[:DATA]?", _asked_format),
     command("FORMat:BORDer", _border, (Word("order", ("NORMal", "SWAPped")),)),
     command("FORMat:BORDer?", lambda call: "SWAP" if call.session.swapped else "NORM"),
-    command("WAVeform:CATalog?", lambda call: ",".join(quoted(c.name) for c in _columns(call))),
-    command("WAVeform:UNITs?", lambda call: ",".join(quoted(c.unit) for c in _columns(call))),
+    command("WAVeform:CATalog?", lambda call: ",".join(quote(c.name) for c in _columns(call))),
+    command("WAVeform:UNITs?", lambda call: ",".join(quote(c.unit) for c in _columns(call))),
     command("WAVeform:INTerval?", lambda call: number(call.session.instrument.period)),
     command(
         "WAVeform:DATA?",
@@ -209,7 +209,7 @@ WAVEFORMS = (
         blocks=True,
     ),
     command("RECord[:STATe]?", _recording),
-    command("RECord:NAME?", lambda call: quoted(Path(call.session.snapshot().recording.path).name)),
+    command("RECord:NAME?", lambda call: quote(Path(call.session.snapshot().recording.path).name)),
 )
 CAPTURES = (
     Command(
@@ -218,7 +218,7 @@ CAPTURES = (
         f"Columns to capture: 1 to {MOST_SIGNALS} names of WAVeform:CATalog?, separated by commas.",
         (Text("names", 400),),
     ),
-    command("CAPTure:SIGNals?", lambda call: quoted(",".join(call.session.wanted.signals))),
+    command("CAPTure:SIGNals?", lambda call: quote(",".join(call.session.wanted.signals))),
     *_setting("CAPTure:BEFore", "before", Number("duration", "s", 0.0, 1e3)),
     *_setting("CAPTure:AFTer", "after", Number("duration", "s", 0.0, 1e3)),
     *_setting("CAPTure:REPeat", "repeat", Flag("state"), formatted=flag),
@@ -228,7 +228,7 @@ CAPTURES = (
         Word("source", ("NOW", "EDGE", "LEVel", "BEGin", "END", "FAULt", "LIMit")),
         words=_SOURCES,
     ),
-    *_setting("TRIGger:SIGNal", "signal", Text("name", 40, bare=True), formatted=quoted),
+    *_setting("TRIGger:SIGNal", "signal", Text("name", 40, bare=True), formatted=quote),
     *_setting(
         "TRIGger:SLOPe", "slope", Word("slope", ("POSitive", "NEGative", "EITHer")), words=_SLOPES
     ),

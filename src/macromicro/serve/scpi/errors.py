@@ -32,10 +32,10 @@ class Entry(NamedTuple):
 
     def shown(self) -> str:
         """As `SYSTem:ERRor?` answers it."""
-        return f"{self.number},{quoted(self.text)}"
+        return f"{self.number},{quote(self.text)}"
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """String response data: printable ASCII in double quotes, quotes in it doubled."""
     safe = "".join(c if " " <= c <= "~" else "?" for c in text)
     return '"' + safe.replace('"', '""') + '"'

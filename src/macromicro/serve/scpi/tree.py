@@ -33,7 +33,7 @@ COMMANDS = _LISTED + tuple(
 _FARTHER = 1e3  # angles are as many radians, where lengths are less than so many metres
 
 
-def turned(command: Command) -> Command:
+def as_rotary(command: Command) -> Command:
     """A command for a rotary machine: its positions are angles."""
 
     def made(parameter: Parameter) -> Parameter:
@@ -66,4 +66,4 @@ def _of_stages(axes: tuple[str, ...]) -> tuple[Command, ...]:
 def tree(place: Place, axes: tuple[str, ...] = ()) -> Tree:
     """The commands of a machine of these named stages, with positions in `place`."""
     own = commands(axes)
-    return Tree(map(turned, own) if place.turns else own)
+    return Tree(map(as_rotary, own) if place.turns else own)

@@ -34,14 +34,14 @@ COMES_TO_REST = 0.1  # s without a faster motion
 FREE = Bounds(-math.inf, math.inf, math.inf)
 
 
-def checked(machine: Machine, tree: Any, where: str = "") -> None:
+def check_law(machine: Machine, tree: Any, where: str = "") -> None:
     """Refuse a law whose effort homing cannot limit."""
     if machine.touch is not None and not hasattr(gains(tree), "limit"):
         accepted = "a law with a gain `limit` in V, by which homing limits its effort"
         raise InputError(f"{where}law", tree.law, accepted)
 
 
-def limited(gained: Any, course: Course) -> Any:
+def limit_gains(gained: Any, course: Course) -> Any:
     """A law's gains with the effort limit of the course."""
     if course.effort < math.inf:
         return gained._replace(limit=min(gained.limit, course.effort))
@@ -57,7 +57,7 @@ def pieces(course: Course, begins: Sequence[float]) -> Array:
     return np.array(rows)
 
 
-def led(
+def loop_of(
     course: Course,
     gained: Any,
     tree: Any,
@@ -89,7 +89,7 @@ def led(
     return Loop(gained, guard, plain(tree.arrival), plan, wired, corrected)
 
 
-def pulsed(shown: Array) -> float:
+def last_pulse(shown: Array) -> float:
     """The last index pulse of some periods (counts), or NaN."""
     found = shown[~np.isnan(shown)]
     return float(found[-1]) if found.size else math.nan
@@ -100,7 +100,7 @@ def nothing(number: int) -> tuple[Array, Array]:
     return np.zeros(number), np.empty((2, number))
 
 
-def coasted(
+def coast(
     free: Callable[..., Any], params: Any, state: Any, idle: tuple[Array, Array], noise: Array,
     dt: float,
 ) -> Any:  # fmt: skip
@@ -144,7 +144,7 @@ class Control:
         self._gains = [plain(gains(own)) for own in self._trees]
         self.dt = float(self._trees[0].timing.period)
         for (name, one), own in zip(machine.stages, self._trees, strict=True):
-            checked(one, own, f"{name}." if name else "")
+            check_law(one, own, f"{name}." if name else "")
         if stages is None:
             self._period = period.in_place(simulated)
             self._free = [compiled(stage.opened(kind)) for kind in kinds]
@@ -164,7 +164,7 @@ class Control:
             for each, kind in zip(before, kinds, strict=True)
         ]
         self._wired = [
-            lines.wired(own) if kind.lines else Wired()
+            lines.wiring(own) if kind.lines else Wired()
             for own, kind in zip(self._trees, kinds, strict=True)
         ]
         self._out = np.empty((len(names), number))
@@ -262,7 +262,7 @@ class Control:
             self._flanks[k] = part.flank
             self.efforts[k] = float(last[self._efforts[k]])
             if self._pulses[k] >= 0:
-                self.captured[k] = pulsed(self._out[self._pulses[k], 1:written])  # 0 was seen
+                self.captured[k] = last_pulse(self._out[self._pulses[k], 1:written])  # 0 was seen
         after = tuple(part.stage for part in run.parts)
         if self.tripped:
             self.enable = 0.0
@@ -279,11 +279,11 @@ class Control:
         self.watches = watches
 
     def _led(self, k: int, course: Course, seen: Sample, begins: Sequence[float]) -> Loop:
-        gained = limited(self._gains[k], course)
+        gained = limit_gains(self._gains[k], course)
         if course.restart != self._restart[k]:
             self._memory[k] = self.stages.laws[k].start(gained, seen)
             self._restart[k] = course.restart
-        return led(course, gained, self._trees[k], self._wired[k], begins, self._tables[k])
+        return loop_of(course, gained, self._trees[k], self._wired[k], begins, self._tables[k])
 
     def _coast(self, bench: Bench, states: Any, noise: Any) -> tuple[Any, ...]:
         """Simulate the same time without efforts."""
@@ -296,5 +296,5 @@ class Control:
         for first in range(0, rows, step):
             for k, free in enumerate(self._free):
                 params, draws = bench.stages[k], noise[k][first : first + step]
-                ends[k] = coasted(free, params, ends[k], self._nothing, draws, self.dt)
+                ends[k] = coast(free, params, ends[k], self._nothing, draws, self.dt)
         return tuple(ends)

@@ -13,7 +13,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import Accepted, Event, Finished, Notice, Refused, Reply
-from macromicro.control.live.plain import among, listed, shown
+from macromicro.control.live.plain import among, list_names, show
 from macromicro.control.live.state import Braking, LiveState, Played
 from macromicro.machines.sequence import Plan
 from macromicro.place import Place
@@ -121,7 +121,7 @@ class StageGroup:
             command, _, notices = led.step(samples[k], dt)
             commands.append(command)
             told += self._heard(k, notices)
-        told = _merged(told) + self._joined()
+        told = _merge(told) + self._joined()
         return commands[0], SAFE, tuple(told)
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
@@ -454,14 +454,14 @@ class StageGroup:
     def _one(self, name: Any, part: Callable[[int], Any]) -> Parts | Refused:
         """The request to the stage of this name."""
         if not among(name, self._names):
-            return Refused(f"{shown(name)} is not an axis", f"name {listed(self._names)}")
+            return Refused(f"{show(name)} is not an axis", f"name {list_names(self._names)}")
         k = self._names.index(name)
         return [(k, part(k))]
 
     def _each(self, values: Any, part: Callable[[int, Any], Any]) -> Parts | Refused:
         """The requests to the stages of a point."""
         if not isinstance(values, dict) or not values:
-            return Refused(f"{shown(values)} is not a point", f"name {listed(self._names)}")
+            return Refused(f"{show(values)} is not a point", f"name {list_names(self._names)}")
         parts: Parts = []
         for name, value in values.items():
             one = self._one(name, lambda k, value=value: part(k, value))  # type: ignore[misc]
@@ -486,7 +486,7 @@ class StageGroup:
             name, _, rest = path.partition(".") if isinstance(path, str) else ("", "", "")
             if name not in self._names or not rest:
                 such = f'a path such as "{self._names[0]}.position"'
-                return Refused(f"{shown(path)} is not a gain of this machine", such)
+                return Refused(f"{show(path)} is not a gain of this machine", such)
             found.setdefault(self._names.index(name), []).append((rest, *pair[1:]))
         return [(k, m.SetGains(tuple(own))) for k, own in found.items()]
 
@@ -519,7 +519,7 @@ def _axes(parts: Parts) -> tuple[int, ...]:
     return tuple(k for k, _ in parts)
 
 
-def _merged(told: list[Notice]) -> list[Notice]:
+def _merge(told: list[Notice]) -> list[Notice]:
     """Events that several stages report alike, once."""
     found: list[Notice] = []
     for notice in told:

@@ -10,7 +10,7 @@ from macromicro.control.live.accept import Answer
 from macromicro.control.live.leading import Course, Guide, Guided
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.plain import shown
+from macromicro.control.live.plain import show
 from macromicro.control.live.state import LiveState, Played
 from macromicro.control.live.surveying import Surveying
 from macromicro.machines import correcting
@@ -144,7 +144,7 @@ class Led(Live):
             return ()
         self._beyond = beyond
         cause = "outside the calibration's temperatures" if beyond else "back within them"
-        return (transitions.reported(self._s, "temperature", cause, {"degC": degrees}),)
+        return (transitions.report(self._s, "temperature", cause, {"degC": degrees}),)
 
     def view(self) -> View:
         """The present state; the target of a jog or programme is its set point."""
@@ -189,12 +189,12 @@ class Led(Live):
             return found, ()
         self._tree, done = found
         self._take(self._tree)
-        return Accepted(0, done), (gains.told(self._s, done),)
+        return Accepted(0, done), (gains.gains_event(self._s, done),)
 
     def _retuned(self, request: m.SetGains) -> tuple[Any, tuple[m.Change, ...]] | Refused:
         """The settings with new gains, and the differences."""
         refused = gains.waits(self._p, self._s)
-        found = refused or gains.taken(trees.live_gains(self._tree), request.changes)
+        found = refused or gains.take_changes(trees.live_gains(self._tree), request.changes)
         if isinstance(found, Refused):
             return found
         tree = trees.with_live_gains(self._tree, found[0])
@@ -207,7 +207,7 @@ class Led(Live):
             return self._s, refused, ()
         unit = f"speed_{self._p.settings.place.base}_per_s"
         facts = {unit: float(request.speed), "client": request.client}
-        return self._s, Accepted(), (transitions.reported(self._s, "speed", "set speed", facts),)
+        return self._s, Accepted(), (transitions.report(self._s, "speed", "set speed", facts),)
 
     def _paceless(self, request: m.SetSpeed) -> Refused | None:
         """Why moves cannot have this speed."""
@@ -216,7 +216,7 @@ class Led(Live):
         if absent is not None:
             return absent
         if request.stage != m.MACRO:
-            return Refused(f"{shown(request.stage)} is not a stage", f'name "{m.MACRO}"')
+            return Refused(f"{show(request.stage)} is not a stage", f'name "{m.MACRO}"')
         if self._s.motion is not None:
             return accept.BUSY
         unfit = targets.number(request.speed, "speed", place.named("m/s"))
@@ -242,7 +242,7 @@ class Led(Live):
         reply = super()._answered(request)[1]
         if isinstance(reply, Refused):
             return s, reply, ()
-        s, event = transitions.trusted(s, "zero at its position", s.seen.encoder)
+        s, event = transitions.trust(s, "zero at its position", s.seen.encoder)
         return s, Accepted(), (event,)
 
     def _cleared(self, request: m.ClearFault) -> Answer:
@@ -250,7 +250,7 @@ class Led(Live):
         s, reply, notices = super()._answered(request)
         if isinstance(reply, Refused) or not self._absolute or s.frame.trusted:
             return s, reply, notices
-        s, event = transitions.trusted(s, "absolute sensor", s.frame.offset)
+        s, event = transitions.trust(s, "absolute sensor", s.frame.offset)
         return s, Accepted(), (*notices, event)
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:

@@ -12,7 +12,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import alone, brake, following
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live.guided import reached, slow_down, slowed
+from macromicro.control.live.guided import has_reached, slow_down, slow_limits
 from macromicro.control.live.leading import (
     REST,
     Aim,
@@ -21,7 +21,7 @@ from macromicro.control.live.leading import (
     Period,
     Piece,
     Step,
-    led,
+    lead,
     to_rest,
 )
 from macromicro.control.live.messages import Evidence, Notice, Refused
@@ -77,11 +77,11 @@ def step(now: Period, s: LiveState, g: Guided, follow: Follow = sequence.step) -
         f"error_{unit.fine}": (g.aim.position - place) * unit.fines,
     }
     notices: tuple[Notice, ...] = ()
-    if before.phase == MOVING and not progress.arrived and _ended(before, progress):
+    if before.phase == MOVING and not progress.arrived and _has_ended(before, progress):
         if math.isnan(plan.start[before.move]):
             return to_rest(p, s, g, m.STALLED, t.STALLED, found)
         work = work._replace(cut_off=work.cut_off or found)
-        notices = (t.reported(s, "move", "cut off", found),)
+        notices = (t.report(s, "move", "cut off", found),)
     work = work._replace(progress=progress)
     s = s._replace(work=work)
     if progress.phase == DONE:
@@ -93,7 +93,7 @@ def step(now: Period, s: LiveState, g: Guided, follow: Follow = sequence.step) -
             notices = (*notices, event)
         there = float(plan.target[progress.move]) * unit.per
         goal = {"move": progress.move, f"target_{unit.unit}": there}
-        notices = (*notices, t.reported(s, "move", "next move", goal))
+        notices = (*notices, t.report(s, "move", "next move", goal))
     if progress.arrived and s.mode == m.MOVING_MACRO:
         s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         notices = (*notices, event)
@@ -106,10 +106,10 @@ def _approach(now: Period, s: LiveState, g: Guided) -> Step:
     work, motion = s.work, s.motion
     assert isinstance(work, Played) and motion is not None
     goal = work.plan.origin + s.frame.offset * p.settings.pitch
-    g, late = led(slowed(q, g), g, motion.id, goal, s.time, dt)
+    g, late = lead(slow_limits(q, g), g, motion.id, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
-    g, there = reached(q, g, goal, place, s.time)
+    g, there = has_reached(q, g, goal, place, s.time)
     if there:
         return s._replace(work=work._replace(start=s.time + dt)), g, ()
     if late >= q.arrival.patience - TICK:
@@ -119,7 +119,7 @@ def _approach(now: Period, s: LiveState, g: Guided) -> Step:
     return s, g, ()
 
 
-def _ended(before: Progress, progress: Progress) -> bool:
+def _has_ended(before: Progress, progress: Progress) -> bool:
     """Whether the move that was under way is over."""
     return progress.phase != MOVING or progress.move != before.move
 

@@ -64,17 +64,17 @@ class Like(machine_rig.Twin):
         return machine_rig.Seen(*shown, *QUIET)
 
 
-def opened(spec: Spec) -> Opened:
+def open_machine(spec: Spec) -> Opened:
     """The machine of `spec`; nothing is switched on."""
     settings: AnySettings = spec.settings
     assert isinstance(settings, StageSettings)
     machine, tree = settings.machine, settings.tree
     what = f"serving {all_of(len(settings.axes))}" if settings.axes else "serving"
-    found = on_rig.found(spec.rig, machine, tree, spec.seed, what)
+    found = on_rig.find_rigs(spec.rig, machine, tree, spec.seed, what)
     if found is None:
-        return _on(settings, simulated(settings, spec.seed))
+        return _on(settings, simulate(settings, spec.seed))
     for (name, stage), own, fixture in zip(machine.stages, machine.trees(tree), found, strict=True):
-        needed(stage, own, fixture, f"{name}." if name else "")
+        require_lines(stage, own, fixture, f"{name}." if name else "")
     made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
     paced = any(not isinstance(each.clock, VirtualClock) for each in made)
     counted = all(fixture.counted for fixture in found)
@@ -86,14 +86,14 @@ def _on(settings: StageSettings, rig: Simulated | Real) -> Opened:
         return Guarded(session, rig, settings.axes)
 
     def warm() -> None:
-        like = _like(settings, rig) if isinstance(rig, Real) else simulated(settings, 0)
+        like = _like(settings, rig) if isinstance(rig, Real) else simulate(settings, 0)
         inside = guarded(Session(like, settings.period), like)
         rehearse(inside, live(settings, like), settings, tuple(_requests(settings)))
 
     return Opened(rig, live(settings, rig), guarded, warm)
 
 
-def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> None:
+def require_lines(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> None:
     """Refuse a rig without a line that homing needs."""
     touch = guide.guide(machine, tree).touch
     seek = None if touch is None else touch.seek
@@ -114,7 +114,7 @@ def _like(settings: StageSettings, rig: Real) -> Real:
     return Real(machine, settings.tree, likes)
 
 
-def simulated(settings: StageSettings, seed: int) -> Simulated:
+def simulate(settings: StageSettings, seed: int) -> Simulated:
     pitches = [own.pitch for _, own in settings.axes] or [settings.live.pitch]
     return Simulated(settings.machine, settings.tree, pitches, seed)
 

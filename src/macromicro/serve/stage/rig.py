@@ -30,7 +30,7 @@ from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs, Rig
 from macromicro.types import Sample as Shown
 
 
-def counted(t: float, counts: float) -> Shown:
+def as_counts(t: float, counts: float) -> Shown:
     """Whole counts, or NaN."""
     return Shown(t, _whole(counts), *[math.nan] * 4)
 
@@ -94,7 +94,7 @@ class Simulated:
                 self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
         positions = self.control.positions(seen, [line.temperature for line in self.lines])
         for k, (position, pitch) in enumerate(zip(positions, self.pitches, strict=True)):
-            self.shown[k] = counted(seen[k].t, position / pitch)
+            self.shown[k] = as_counts(seen[k].t, position / pitch)
         return self.shown[0]
 
     def now(self) -> float:
@@ -160,7 +160,7 @@ class Real:
                 raw = position / float(own.encoder.pitch)
             count = shared_out(raw, self._shares[k], whole=self.kinds[k].corrected)
             if self.kinds[k].lines:
-                told = lines.read(seen, (*rig.channels, *self.kinds[k].lines))
+                told = lines.read_lines(seen, (*rig.channels, *self.kinds[k].lines))
                 self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
                 self.shown[k] = Shown(seen.t, count, *[math.nan] * 4)
             else:
@@ -256,7 +256,7 @@ class Guarded:
             return ()
         rig, there = self._rig, self._rig.kinds[0].lines
         enable = self._control.enable if ENABLE in there else math.nan
-        return (*lines.shown(rig.lines[0], there), enable)
+        return (*lines.visible_lines(rig.lines[0], there), enable)
 
     def lamps(self) -> list[list[float]]:
         """Whether each of `LAMPS` of each stage is on, 0 or 1; NaN of what it lacks."""
@@ -293,7 +293,7 @@ class Guarded:
 
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault, and whether counts may have been missed."""
-        found = faults.described(*self.evidence(), self._control.places[0], self._axes)
+        found = faults.describe(*self.evidence(), self._control.places[0], self._axes)
         return found, guarding.blind(self._control.watch)
 
     def renew(self) -> None:

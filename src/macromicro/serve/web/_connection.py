@@ -23,7 +23,7 @@ from macromicro.serve.requests import OVERTAKEN, POINTS
 from macromicro.serve.web import bins
 from macromicro.serve.web._handler import OrderHandler
 from macromicro.serve.web._hub import Context
-from macromicro.serve.web._orders import Refusal, number, read, surplus
+from macromicro.serve.web._orders import Refusal, number, read_object, surplus
 from macromicro.serve.web._sessions import Session
 
 Send = Callable[[str | bytes], Awaitable[None]]
@@ -145,7 +145,7 @@ class PageConnection:
     @property
     def rank(self) -> int:
         if self._session is None:
-            return client.unadmitted(self._address)
+            return client.without_address(self._address)
         return self._session.rank
 
     @property
@@ -161,7 +161,7 @@ class PageConnection:
     async def run(self) -> None:
         """Serve until the viewer leaves or is dismissed."""
         try:
-            hello = read(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
+            hello = read_object(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
             if hello.get("do") != "hello":
                 raise Refusal("the first message must be a hello")
             self._stream.look(hello)
@@ -234,7 +234,7 @@ class PageConnection:
     ) -> None:
         """Sort a message in; stops need no token, control or queue."""
         try:
-            order = read(message)
+            order = read_object(message)
         except Refusal as refusal:
             self._later(self._reply({}, refusal.reply))
             return

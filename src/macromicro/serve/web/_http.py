@@ -79,7 +79,7 @@ def answer(status: HTTPStatus, host: str, kind: str, body: bytes) -> Response:
     return Response(status.value, status.phrase, headers, body)
 
 
-def refused(status: HTTPStatus, text: str) -> Response:
+def refusal(status: HTTPStatus, text: str) -> Response:
     return answer(status, "localhost", "text/plain; charset=utf-8", text.encode())
 
 
@@ -106,15 +106,15 @@ class Files:
         """The response; None for a WebSocket."""
         host = self._gate.host(request)
         if host is None:
-            return refused(HTTPStatus.MISDIRECTED_REQUEST, _NO_NAME)
+            return refusal(HTTPStatus.MISDIRECTED_REQUEST, _NO_NAME)
         if request.method != "GET":
-            return refused(HTTPStatus.METHOD_NOT_ALLOWED, "only GET\n")
+            return refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET\n")
         path = request.path.partition("?")[0]
         if path == SOCKET:
             if self._gate.same_origin(request):
                 return None
-            return refused(HTTPStatus.FORBIDDEN, "only this server's own page may do that\n")
+            return refusal(HTTPStatus.FORBIDDEN, "only this server's own page may do that\n")
         found = self._files.get(path)
         if found is None:
-            return refused(HTTPStatus.NOT_FOUND, "no such page\n")
+            return refusal(HTTPStatus.NOT_FOUND, "no such page\n")
         return answer(HTTPStatus.OK, host, *found)

@@ -156,7 +156,7 @@ class Hub:
         return found
 
     def _end(self, end: Finished) -> None:
-        self._note(_reporting.finished(self._newest + 1, end, self._time))
+        self._note(_reporting.end_of_motion(self._newest + 1, end, self._time))
 
     def _note(self, item: dict[str, Any]) -> None:
         self._newest += 1

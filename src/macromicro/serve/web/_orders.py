@@ -18,7 +18,7 @@ from macromicro.serve import telling
 from macromicro.serve._instrument import Instrument
 from macromicro.serve._programmes import Planned
 from macromicro.serve.capturing import Trigger, Wanted
-from macromicro.serve.requests import KINDS, STOPS, Field, RequestType, of_axes, streamed
+from macromicro.serve.requests import KINDS, STOPS, Field, RequestType, of_axes, stream_requests
 from macromicro.units import size
 
 
@@ -38,7 +38,7 @@ class Refusal(Exception):
         self.reply = Refused(reason, remedy)
 
 
-def read(message: str | bytes) -> dict[str, Any]:
+def read_object(message: str | bytes) -> dict[str, Any]:
     """Parse a JSON object with finite numbers."""
     if isinstance(message, bytes):
         raise Refusal("a message of bytes", "send JSON text")
@@ -114,7 +114,7 @@ _OWN: dict[str, tuple[str, ...]] = {
 @cache
 def keys(axes: tuple[str, ...] = ()) -> dict[str, tuple[str, ...]]:
     """Keys of each order for a machine of these named stages."""
-    kinds, points = of_axes(axes).items(), streamed(axes).items()
+    kinds, points = of_axes(axes).items(), stream_requests(axes).items()
     found = {name: _keys(kind) for name, kind in kinds if kind.access != STOPS}
     return found | {name: (*_keys(kind), "time") for name, kind in points} | _OWN
 
@@ -150,11 +150,11 @@ class Orders:
         what = order["do"]
         if what in self._own:
             return self._own[what](order)
-        return _read(of_axes(self._instrument.axes)[what], order, self._instrument.place)
+        return _read_request(of_axes(self._instrument.axes)[what], order, self._instrument.place)
 
     def point(self, order: dict[str, Any]) -> tuple[m.SetPoint | m.SetPoints, float]:
         """A streamed set point, and its time on the client's clock [s] or NaN."""
-        kind, place = streamed(self._instrument.axes)[order["do"]], self._instrument.place
+        kind, place = stream_requests(self._instrument.axes)[order["do"]], self._instrument.place
         values = [_value_of(field, order, place) for field in kind.fields]
         return kind.request(*values), number(order, "time") if "time" in order else math.nan
 
@@ -177,7 +177,7 @@ class Orders:
         name, known = text(order, "name"), self._instrument.programmes()
         if name not in known:
             raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(known)}")
-        return m.Programme(_planned(lambda: self._instrument.shipped(name)).plan)
+        return m.Programme(_plan(lambda: self._instrument.shipped(name)).plan)
 
     def _limits(self, order: dict[str, Any]) -> m.Request:
         """New soft limits by name, as in `telling.limits`; null for the machine's own."""
@@ -196,10 +196,10 @@ class Orders:
     def programme(self, text: str, name: str) -> Planned:
         """The programme in a file `name`."""
         data = text.encode("utf-8")
-        return _planned(lambda: self._instrument.programme_of(data, name))
+        return _plan(lambda: self._instrument.programme_of(data, name))
 
 
-def _planned(load: Callable[[], Planned]) -> Planned:
+def _plan(load: Callable[[], Planned]) -> Planned:
     try:
         return load()
     except InputError as error:
@@ -220,7 +220,7 @@ def _flag(order: dict[str, Any], key: str) -> bool:
     return given
 
 
-def _read(kind: RequestType, order: dict[str, Any], place: Place) -> m.Request:
+def _read_request(kind: RequestType, order: dict[str, Any], place: Place) -> m.Request:
     """A request made of the values of its fields."""
     named = {field.key for field in kind.fields} & set(order)
     values = [

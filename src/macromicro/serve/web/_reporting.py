@@ -22,7 +22,9 @@ from macromicro.units import size
 SHORT = 1.0  # mm, or deg; a travel below that is shown in um, or mdeg, at first
 
 
-def offered(now: Snapshot, supersede: bool, stages: tuple[str, ...] = m.STAGES) -> list[str]:
+def sensible_orders(
+    now: Snapshot, supersede: bool, stages: tuple[str, ...] = m.STAGES
+) -> list[str]:
     """Orders that make sense now, by their names on the page."""
     if not now.running or now.mode not in m.MODES:
         return []
@@ -54,7 +56,7 @@ def state(
     state |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
     state["limits"] = telling.limits(now.limits, limited)
     state["target_m"] = now.target_m
-    state["possible"] = offered(now, settings.supersede == 1, stages)
+    state["possible"] = sensible_orders(now, settings.supersede == 1, stages)
     state["fault"] = None if now.fault is None else now.fault._asdict()
     state["axes"] = [axis._asdict() for axis in now.axes]
     state["lines"] = [list(each) for each in now.lines]
@@ -70,7 +72,7 @@ def event(number: int, event: Event, control: Any) -> dict[str, Any]:
     return found
 
 
-def finished(number: int, end: Finished, time: float) -> dict[str, Any]:
+def end_of_motion(number: int, end: Finished, time: float) -> dict[str, Any]:
     """The end of a motion."""
     at = time if math.isnan(end.time) else end.time
     state = {"event": number, "kind": "finished", **end._asdict(), "time": at}

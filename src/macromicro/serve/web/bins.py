@@ -65,7 +65,7 @@ def view(number: int, span: float, columns: int, period: float = PERIOD) -> View
     return View(number, width, -(-rows // width), period)
 
 
-def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
+def bin_rows(values: Array, first: int, width: int) -> NDArray[np.float32]:
     """Min and max, float32[bins, channels, 2], of rows; row n belongs to bin n // width."""
     rows = values.shape[1]
     if rows == 0:
@@ -127,7 +127,7 @@ class Plots(NamedTuple):
             return b""
         values = self.traces(block)
         first = last - rows + 1
-        bins = binned(values, first, view.width)
+        bins = bin_rows(values, first, view.width)
         time = float(block[self.names.index("t"), -1])
         spread = float(block[self.names.index("uncertainty"), -1]) * 1e-3 * self.place.per
         newest = [float(values[k, -1]) for k in (7, 1, 3)]

@@ -10,9 +10,9 @@ from threading import Thread
 from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.serve.door._connection import prepare
-from macromicro.serve.hosts import HOST, STARTING, Guesses, Token, guarded, is_loopback, url
+from macromicro.serve.hosts import HOST, STARTING, Guesses, Token, is_loopback, require_token, url
 from macromicro.serve.hosts import WEB_PORT as PORT
-from macromicro.serve.listening import Listener, check_port, refused
+from macromicro.serve.listening import Listener, check_port, listen_error
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
@@ -66,7 +66,7 @@ class WebServer(Listener):
 
         self._bounds = bounds or Bounds()
         if not isinstance(token, Token):
-            guarded(host, token)
+            require_token(host, token)
             token = Token(token, Guesses(self._bounds.tries, self._bounds.forget))
         self._token = token
         super().__init__("web", host, port)
@@ -148,7 +148,7 @@ class WebServer(Listener):
                 server_header=None,
             )
         except OSError as error:
-            raise refused(host, port, error) from None
+            raise listen_error(host, port, error) from None
 
     async def _view(self, opened: ServerConnection) -> None:
         from macromicro.serve.web._connection import PageConnection

@@ -18,7 +18,7 @@ from macromicro.plant.bench import Truth
 from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 from macromicro.types import SAFE, Command, Outputs, Sample
 from macromicro.units import quantity
@@ -64,17 +64,17 @@ def ways() -> list[Way]:
         ("command", Command),
         ("bench truth", Truth),
     )
-    plain = _noted({})
+    plain = _marked_column({})
     found = []
     for part, kind in parts:
         for field in kind._fields:
-            change = _noted({part: field}) - plain
+            change = _marked_column({part: field}) - plain
             for row in np.flatnonzero(change):
                 found.append(Way(part, field, COLUMNS[row], float(change[row]) / MARK))
     return found
 
 
-def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _marked_column(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
     """One period's column with a mark in one field, zero in all others."""
 
     def made(part: str, kind: type[Any]) -> Any:
@@ -187,7 +187,7 @@ def channel_table(data: Wiring) -> Drawn:
         )
         for c in data.channels
     ]
-    return captioned(
+    return caption(
         "Table C.1",
         Grid(
             ("channel", "direction", "unit", "hardware", "range", "step", "safe", "recorded as"),
@@ -202,7 +202,7 @@ def signals(data: Wiring) -> Drawn:
         (c.name, c.unit, c.meaning, sources.get(c.name, "state of controller or guard"))
         for c in COLUMNS
     ]
-    return captioned("Table C.2", Grid(("column", "unit", "meaning", "source"), columns))
+    return caption("Table C.2", Grid(("column", "unit", "meaning", "source"), columns))
 
 
 def _times(way: Way) -> str:

@@ -19,8 +19,8 @@ from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import noise_source
 from macromicro.thesis import cycle_bench
-from macromicro.thesis.claims import Claim, accepts, band, judged, printed, stated
-from macromicro.thesis.contents import CAPTIONS, captioned
+from macromicro.thesis.claims import Claim, accepts, band, judge, printed_value, state
+from macromicro.thesis.contents import CAPTIONS, caption
 from macromicro.thesis.cycle_bench import CycleBed, CyclePlant, CycleState
 from macromicro.thesis.procedure import Lab
 
@@ -197,7 +197,7 @@ class Cycles(NamedTuple):
     last: Array  # of 1000 samples, share at 150 counts before the output drops
 
 
-def measured(counts: Array) -> Cycles:
+def measure(counts: Array) -> Cycles:
     rows = [_one(part) for part in counts.reshape(-1, round(PERIOD_S / DT))]
     return Cycles(*np.array(rows).T)
 
@@ -257,9 +257,9 @@ EARLY = 4  # cycles at the beginning, in which nearly all of the growth of the s
 
 
 def claims(data: CycleData) -> list[Claim]:
-    runs = [measured(c) for c in data.counts]
+    runs = [measure(c) for c in data.counts]
     mean = Cycles(*(np.mean([run[k] for run in runs], axis=0) for k in range(5)))
-    return judged(
+    return judge(
         [
             (("A1", "A2", "A3"), lambda: _times(data, mean)),
             ("A4", lambda: _delay(runs)),
@@ -269,7 +269,7 @@ def claims(data: CycleData) -> list[Claim]:
     )
 
 
-def settled(values: Array) -> float:
+def settled_value(values: Array) -> float:
     return float(values[-LATE:].mean())
 
 
@@ -286,13 +286,13 @@ class Course(NamedTuple):
 
 
 def course(values: Array) -> Course:
-    late = settled(values)
+    late = settled_value(values)
     spread = float(np.ptp(values[-LATE:])) / late
     return Course(float(values[0]), late, 100.0 * spread)
 
 
 def _times(data: CycleData, mean: Cycles) -> list[Claim]:
-    per_second, free = measured(data.literal), measured(data.unlimited)
+    per_second, free = measure(data.literal), measure(data.unlimited)
     rise, again, fall = (course(v) for v in (mean.tau1, mean.tau2, mean.fall))
     good = (
         accepts("A1", rise.late) and rise.first > rise.late and rise.steady,
@@ -300,7 +300,7 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
         accepts("A3", fall.late) and fall.first < fall.late and fall.steady,
     )
     return [
-        stated(
+        state(
             "A1",
             rise.late,
             good[0],
@@ -310,8 +310,8 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
             missed=int(np.isnan(free.tau1).sum()),
             cycles=len(free.tau1),
         ),
-        stated("A2", again.late, good[1], course=again),
-        stated(
+        state("A2", again.late, good[1], course=again),
+        state(
             "A3",
             fall.late,
             good[2],
@@ -325,14 +325,14 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
 def _delay(runs: list[Cycles]) -> Claim:
     least = float(min((run.tau1 - run.tau2).min() for run in runs))
     good = accepts("A4", least)
-    return stated("A4", least, good, runs=len(runs), cycles=len(runs[0].tau1))
+    return state("A4", least, good, runs=len(runs), cycles=len(runs[0].tau1))
 
 
 def _shares(mean: Cycles) -> Claim:
     n = np.arange(len(mean.first))
     slopes = [float(np.polyfit(n, v, 1)[0]) for v in (mean.first, mean.last)]
     early = [float(v[:LATE].mean()) for v in (mean.first, mean.last)]
-    late = [settled(v) for v in (mean.first, mean.last)]
+    late = [settled_value(v) for v in (mean.first, mean.last)]
     good = (
         min(slopes) > 0.0
         and all(b > a for a, b in zip(early, late, strict=True))
@@ -340,7 +340,7 @@ def _shares(mean: Cycles) -> Claim:
     )
     after = [float(np.polyfit(n[EARLY:], v[EARLY:], 1)[0]) for v in (mean.first, mean.last)]
     top = [int(np.argmax(v)) + 1 for v in (mean.first, mean.last)]
-    return stated(
+    return state(
         "A5",
         [early[0], late[0], early[1], late[1]],
         good,
@@ -360,14 +360,14 @@ def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     per_run = np.array([float((run.tau1 + run.fall).mean()) for run in runs])
     trend = run_trend(per_run, data.room)
     grows = float(np.polyfit(np.arange(len(total)), total, 1)[0]) > 0.0
-    grows = grows and settled(total) > float(total[0])
-    found = [float(total[0]), settled(total), 1e3 * trend.slope]
+    grows = grows and settled_value(total) > float(total[0])
+    found = [float(total[0]), settled_value(total), 1e3 * trend.slope]
     good = grows and abs(trend.slope) <= trend.reach
     values = {"first": found[0], "late": found[1], "slope": found[2], "reach": 1e3 * trend.reach}
     if not np.isfinite(data.room).all():
-        return stated("A6", found, good, wording="no-room", **values)
+        return state("A6", found, good, wording="no-room", **values)
     room = (data.room.min(), data.room.max())
-    return stated("A6", found, good, wording="room", room=room, **values)
+    return state("A6", found, good, wording="room", room=room, **values)
 
 
 NAMES = {"tau1": "rise time tau1", "fall": "fall time"}
@@ -387,8 +387,8 @@ def shares(counts: Array) -> tuple[Array, Array]:
     return mean[..., 0], mean[..., 1]
 
 
-def _measured(data: CycleData) -> Cycles:
-    return Cycles(*np.stack([measured(c) for c in data.counts], axis=1))
+def _measure(data: CycleData) -> Cycles:
+    return Cycles(*np.stack([measure(c) for c in data.counts], axis=1))
 
 
 def _light(ax: Axes, values: Array) -> None:
@@ -399,40 +399,40 @@ def _light(ax: Axes, values: Array) -> None:
 
 
 def _time(number: str, column: str, data: CycleData) -> Drawn:
-    values = getattr(_measured(data), column)
+    values = getattr(_measure(data), column)
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     _light(ax, values)
-    _printed(ax, printed(CAPTIONS[number].claims[0]))
+    _draw_printed(ax, printed_value(CAPTIONS[number].claims[0]))
     finish(ax, "", "cycle", f"{NAMES[column]} [s]", legend=True)
-    return captioned(number, figure, runs=len(values), settled=settled(values.mean(axis=0)))
+    return caption(number, figure, runs=len(values), settled=settled_value(values.mean(axis=0)))
 
 
-def _printed(ax: Axes, value: float) -> None:
+def _draw_printed(ax: Axes, value: float) -> None:
     ax.axhline(value, color=ORANGE, linestyle="--", linewidth=1.2, label="thesis")
 
 
 def rise(data: CycleData) -> Drawn:
     """Figure D.10, and the excess of tau1 over tau2."""
-    runs = _measured(data)
+    runs = _measure(data)
     figure, axes = new(3.4, 1, 2)
     rise, delay = axes[0]
     _light(rise, runs.tau2)
-    _printed(rise, printed("A2"))
+    _draw_printed(rise, printed_value("A2"))
     finish(rise, "(a) tau2", "cycle", "tau2 [s]", legend=True)
     _light(delay, 1e3 * (runs.tau1 - runs.tau2))
     delay.set_ylim(bottom=0.0)
     finish(delay, "(b) delay", "cycle", "tau1 - tau2 [ms]")
-    return captioned(
+    return caption(
         "D.10",
         figure,
-        settled=settled(runs.tau2.mean(axis=0)),
+        settled=settled_value(runs.tau2.mean(axis=0)),
         delay=1e3 * (runs.tau1 - runs.tau2).min(),
     )
 
 
 def rise_and_fall(data: CycleData) -> Drawn:
-    runs, room = _measured(data), data.room
+    runs, room = _measure(data), data.room
     total = runs.tau1 + runs.fall
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
     by_cycle, by_run = axes[0]
@@ -450,7 +450,7 @@ def rise_and_fall(data: CycleData) -> Drawn:
     by_run.margins(x=0.06)
     by_run.xaxis.get_major_locator().set_params(integer=True)
     about = "; the numbers are the room's temperature [degC], which is allowed for" if known else ""
-    return captioned("D.12", figure, slope=1e3 * trend.slope, reach=1e3 * trend.reach, about=about)
+    return caption("D.12", figure, slope=1e3 * trend.slope, reach=1e3 * trend.reach, about=about)
 
 
 def _share(number: str, which: int, data: CycleData) -> Drawn:
@@ -465,7 +465,7 @@ def _share(number: str, which: int, data: CycleData) -> Drawn:
     ax.set_ylim(-2.0, 1.08 * float(np.nanmax(both)))
     finish(ax, "", "cycle", "share of samples [%]", legend=True)
     here = both[which][[level for level, _, _ in LEVELS].index(PEAK)]
-    return captioned(number, figure, window=WINDOW, first=here[0], settled=settled(here))
+    return caption(number, figure, window=WINDOW, first=here[0], settled=settled_value(here))
 
 
 rise_time = partial(_time, "D.9", "tau1")

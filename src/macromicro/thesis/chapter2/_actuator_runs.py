@@ -38,7 +38,7 @@ class Alloy(NamedTuple):
     ] = 0.04
 
 
-def detwinned(p: Alloy, stress: float, before: float) -> float:
+def detwinned_share(p: Alloy, stress: float, before: float) -> float:
     """Share of the plateau's strain under a stress; unloading recovers nothing."""
     share = (stress - p.plateau_start) / (p.plateau_end - p.plateau_start)
     return max(before, min(max(share, 0.0), 1.0))
@@ -83,7 +83,7 @@ def specimen(bench: Bench) -> Specimen:
     return Specimen(free, phase.table(bench.phase), bench.thermal.wire_capacity)
 
 
-def tested(s: Specimen, temperature: Array, load: Array) -> Readings:
+def test_wires(s: Specimen, temperature: Array, load: Array) -> Readings:
     """The wires led through temperatures [degC] and loads [N], from martensite without load.
 
     Between two points both change together.
@@ -126,7 +126,7 @@ def tangents(temperature: Array, length: Array) -> Turning:
     return Turning(float((y[0] - level) / slope), float((y[-1] - level) / slope), float(slope))
 
 
-def enclosed(x: Array, y: Array) -> float:
+def enclosed_area(x: Array, y: Array) -> float:
     """Area that a path encloses, closed by a straight line; always positive."""
     return abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
 
@@ -162,7 +162,7 @@ def scan(s: Specimen) -> tuple[Scan, Scan]:
     furnace = np.concatenate((ramp, ramp[::-1]))
     sample = np.empty_like(furnace)
     start = micro.cold_wire(s.wire, _LOOSE, s.table, LOW)
-    _ramped(s, start, furnace, sample)
+    _ramp(s, start, furnace, sample)
     flow = (furnace - sample) / RESISTANCE
     mass = DENSITY * s.area * s.length
     half = len(ramp)
@@ -172,7 +172,7 @@ def scan(s: Specimen) -> tuple[Scan, Scan]:
     )
 
 
-def _ramped(s: Specimen, state: wire.WireState, furnace: Array, sample: Array) -> None:
+def _ramp(s: Specimen, state: wire.WireState, furnace: Array, sample: Array) -> None:
     for k in range(len(furnace)):
         sample[k] = state.temperature
         gain = (furnace[k] - state.temperature) / RESISTANCE * DT
@@ -251,15 +251,15 @@ class Principle(NamedTuple):
 
 def collect(bench: Bench) -> Principle:
     s = specimen(bench)
-    major = tested(s, *path((ROOM, LOAD), (HOT, LOAD), (ROOM, LOAD), each=400))
+    major = test_wires(s, *path((ROOM, LOAD), (HOT, LOAD), (ROOM, LOAD), each=400))
     up, down = (
         tangents(major.temperature[part], major.extension[part])
         for part in (slice(0, 401), slice(400, None))
     )
-    minor = tested(s, *path((ROOM, LOAD), *((t, LOAD) for t in MINOR), (ROOM, LOAD)))
-    pulled = [tested(s, *path((ROOM, 0.0), (t, 0.0), (t, MOST), (t, 0.0))) for t in PULLED_AT]
+    minor = test_wires(s, *path((ROOM, LOAD), *((t, LOAD) for t in MINOR), (ROOM, LOAD)))
+    pulled = [test_wires(s, *path((ROOM, 0.0), (t, 0.0), (t, MOST), (t, 0.0))) for t in PULLED_AT]
     both = LIFTED + STAYING
-    cycle = tested(
+    cycle = test_wires(
         s, *path((ROOM, both), (HOT, both), (HOT, STAYING), (ROOM, STAYING), (ROOM, both))
     )
     return Principle(
@@ -288,7 +288,7 @@ def _bench_cycle(s: Specimen, r: Readings) -> Cycle:
 def _cycle(
     strains: Array, stresses: Array, states: tuple[int, int, int, int], lifted: float
 ) -> Cycle:
-    area = enclosed(strains, stresses)
+    area = enclosed_area(strains, stresses)
     return Cycle(
         strains, stresses, states, area, lifted * float(strains[states[0]] - strains[states[1]])
     )
@@ -312,9 +312,9 @@ def law_cycle(alloy: Alloy, each: int = 100) -> Cycle:
     )
     share = np.ones_like(stresses)
     # Austenite has no twins to have moved: what comes back from C carries what the bias moves.
-    back = detwinned(alloy, BIAS, 0.0)
+    back = detwinned_share(alloy, BIAS, 0.0)
     for k in range(2 * each, 4 * each):
-        back = detwinned(alloy, float(stresses[k]), back)
+        back = detwinned_share(alloy, float(stresses[k]), back)
         share[k] = back
     strains = np.array(
         [strain(alloy, *v) for v in zip(stresses, shares, share, strict=True)], dtype=float
@@ -322,11 +322,11 @@ def law_cycle(alloy: Alloy, each: int = 100) -> Cycle:
     return _cycle(strains, stresses, (0, each, 2 * each, 3 * each), LAW_HIGH - BIAS)
 
 
-def loaded(alloy: Alloy, austenite: float, top: float, points: int = 200) -> Law:
+def load_and_unload(alloy: Alloy, austenite: float, top: float, points: int = 200) -> Law:
     """Loading to `top` [Pa] and unloading by the law, at a share of austenite, twinned."""
     stresses = np.concatenate((np.linspace(0.0, top, points), np.linspace(top, 0.0, points)))
     share, strains = 0.0, np.empty_like(stresses)
     for k, value in enumerate(stresses.tolist()):
-        share = detwinned(alloy, value, share)
+        share = detwinned_share(alloy, value, share)
         strains[k] = strain(alloy, value, austenite, share)
     return Law(strains, stresses)

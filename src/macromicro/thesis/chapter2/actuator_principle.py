@@ -25,7 +25,7 @@ from macromicro.drawing.style import (
 from macromicro.schema.par import Par
 from macromicro.thesis.chapter2 import _actuator_runs as runs
 from macromicro.thesis.chapter2._actuator_runs import Alloy, Cycle, Principle, Readings
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 _LIT = "literature value for NiTi"
@@ -95,7 +95,7 @@ def hysteresis(data: Principle) -> Drawn:
     major.legend(fontsize=8, loc="lower left", frameon=False)
     major.set_ylim(-4.6, 0.6)
     (a_s, a_f, _), (m_s, m_f, _) = data.turnings
-    return captioned("2.8", figure, load=runs.LOAD, a_s=a_s, a_f=a_f, m_s=m_s, m_f=m_f)
+    return caption("2.8", figure, load=runs.LOAD, a_s=a_s, a_f=a_f, m_s=m_s, m_f=m_f)
 
 
 def _branches(ax: Any, r: Readings) -> None:
@@ -109,16 +109,16 @@ def stress_strain(data: Principle) -> Drawn:
     figure, axes = new(3.7, 1, 3)
     phases, between, wires = axes[0]
     for k, top in enumerate((90e6, 115e6, 140e6, 200e6)):
-        run = runs.loaded(alloy, 0.0, top)
+        run = runs.load_and_unload(alloy, 0.0, top)
         half = len(run.stress) // 2
         x, y = 100.0 * run.strain, 1e-6 * run.stress
         name = "martensite" if k == 3 else ""
         line(phases, x[:half], y[:half], BLUE, name)
         line(phases, x[half:], y[half:], BLUE, "unloading" if k == 3 else "", linestyle="--")
-    run = runs.loaded(alloy, 1.0, 200e6)
+    run = runs.load_and_unload(alloy, 1.0, 200e6)
     line(phases, 100.0 * run.strain, 1e-6 * run.stress, RED, "austenite")
     for share, colour in zip((0.0, 0.25, 0.5, 0.75, 1.0), _SERIES, strict=False):
-        run = runs.loaded(alloy, share, 200e6)
+        run = runs.load_and_unload(alloy, share, 200e6)
         half = len(run.stress) // 2
         x, y = 100.0 * run.strain[:half], 1e-6 * run.stress[:half]
         line(between, x, y, colour, f"{100 * share:.0f} % austenite")
@@ -135,7 +135,7 @@ def stress_strain(data: Principle) -> Drawn:
     wires.legend(fontsize=7, loc="upper center", ncols=3, frameon=False, columnspacing=1.0)
     wires.set_ylim(-2.0, 68.0)
     moduli = (1e-9 * alloy.martensite, 1e-9 * alloy.austenite)
-    return captioned(
+    return caption(
         "2.9",
         figure,
         moduli=moduli,
@@ -165,7 +165,7 @@ def work(data: Principle) -> Drawn:
     figure, axes = new(3.9, 1, 3, gridspec_kw={"width_ratios": [1.1, 1, 1]})
     law, steps, bench = axes[0]
     for share, colour, name in ((0.0, "0.6", "martensite"), (1.0, "0.3", "austenite")):
-        run = runs.loaded(alloy, share, 190e6)
+        run = runs.load_and_unload(alloy, share, 190e6)
         half = len(run.stress) // 2
         x, y = 100.0 * run.strain[:half], 1e-6 * run.stress[:half]
         line(law, x, y, colour, name, linestyle=":")
@@ -192,22 +192,22 @@ def work(data: Principle) -> Drawn:
     figure.subplots_adjust(wspace=0.32, left=0.07)
     volume = data.specimen.area * data.specimen.length
     own, theirs = data.bench_cycle, data.law_cycle
-    return captioned(
+    return caption(
         "2.10",
         figure,
         load=runs.LIFTED,
         area=1e3 * own.area * volume,
         lifting=1e3 * own.lifting * volume,
-        apart=_off(own),
+        apart=_off_time(own),
         bias=1e-6 * runs.BIAS,
         high=1e-6 * runs.LAW_HIGH,
         law_area=1e-6 * theirs.area,
         law_lifting=1e-6 * theirs.lifting,
-        law_apart=_off(theirs),
+        law_apart=_off_time(theirs),
     )
 
 
-def _off(c: Cycle) -> str:
+def _off_time(c: Cycle) -> str:
     return f"{100.0 * abs(c.area / c.lifting - 1.0):.1f} %"
 
 
@@ -243,7 +243,7 @@ def heat(_: Principle) -> Drawn:
     finish(right, "(b) cooling by the air; dots: one time constant")
     for ax in (left, right):
         ax.legend(fontsize=8, loc="upper right", frameon=False)
-    return captioned(
+    return caption(
         "(2.1)",
         figure,
         diameter=1e6 * still.diameter,
@@ -281,7 +281,7 @@ def calorimeter(data: Principle) -> Drawn:
     finish(ax, "", "temperature of the sample [degC]", "heat flow, in: up [W/g]", legend=True)
     put = data.specimen.wire.latent / data.scans[0].mass
     up, down = found
-    return captioned(
+    return caption(
         "A.1",
         figure,
         rate=60 * runs.RATE,

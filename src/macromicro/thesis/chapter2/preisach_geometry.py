@@ -24,7 +24,7 @@ from macromicro.drawing.style import (
 )
 from macromicro.hysteresis import FodTable, Preisach, from_density
 from macromicro.hysteresis.pictures import staircase
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -263,18 +263,18 @@ def collect(lab: Lab) -> Geometry:
 
 
 def _plane(number: str, k: int, data: Geometry) -> Drawn:
-    return captioned(number, step(data, k), stage=data.stages[k])
+    return caption(number, step(data, k), stage=data.stages[k])
 
 
-def divided(data: Geometry) -> Drawn:
+def plane_division(data: Geometry) -> Drawn:
     last = data.stages[-1]
-    return captioned("2.17", trapezoids(data), before=data.stages[-2].u, last=last, data=data)
+    return caption("2.17", trapezoids(data), before=data.stages[-2].u, last=last, data=data)
 
 
 def difference(data: Geometry) -> Drawn:
     k = 2
     q = data.trapezoids[k - 1]
-    return captioned(
+    return caption(
         "2.18",
         triangles(q, k),
         k=k,
@@ -312,7 +312,7 @@ def first_order_curve(data: Geometry) -> Drawn:
         [-1, beta, 0, alpha, 1],
         [r"$-\beta_0$", rf"$\beta' = {beta:g}$", "0", rf"$\alpha' = {alpha:g}$", r"$\alpha_0$"],
     )
-    return captioned(
+    return caption(
         "2.19",
         figure,
         alpha=alpha,

@@ -8,8 +8,8 @@ from macromicro.design import costs
 from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
-from macromicro.thesis.claims import Claim, stated
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import Claim, state
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 LOWEST = 0.1e-9
 
 
-def measured() -> list[Claim]:
+def measure() -> list[Claim]:
     own = costs.micro_stage()
     summed = own.cost[0]
     row = [summed, *(t.cost[0] for t in costs.TABLE_6_2)]
@@ -31,8 +31,8 @@ def measured() -> list[Claim]:
         if survey[t.name].cost != t.cost
     ]
     return [
-        stated("D9", summed),
-        stated(
+        state("D9", summed),
+        state(
             "D10",
             row,
             cheapest=against[0].cheapest,
@@ -83,11 +83,11 @@ def collect(lab: Lab) -> None:
 
 
 def claims(_: None) -> list[Claim]:
-    return measured()
+    return measure()
 
 
-def compared(_: None) -> Drawn:
-    return captioned(
+def technology_table(_: None) -> Drawn:
+    return caption(
         "Table 2.1",
         Grid(
             ("technology", "accuracy", "range", "speed", "load", "cost"),
@@ -100,7 +100,7 @@ def parts(_: None) -> Drawn:
     parts: list[tuple[str, ...]] = [
         (name, f"{cost:g} USD") for name, cost in costs.MICRO_STAGE.items()
     ]
-    return captioned(
+    return caption(
         "Table 6.1",
         Grid(("part", "cost"), [*parts, ("total", f"{costs.total(costs.MICRO_STAGE):g} USD")]),
     )
@@ -114,7 +114,7 @@ def cost_table(_: None) -> Drawn:
         c = against.get(t.name)
         times, finer = ("", "") if c is None else (f"{c.cheapest:.1f}", f"{1.0 / c.accuracy:g}")
         rows.append((t.name, words(t).accuracy, words(t).cost, times, finer))
-    return captioned(
+    return caption(
         "Table 6.2",
         Grid(
             ("technology", "accuracy", "cost", "times as expensive", "times finer, at least"), rows
@@ -123,7 +123,7 @@ def cost_table(_: None) -> Drawn:
 
 
 def cost_against_accuracy(_: None) -> Drawn:
-    return captioned("Table 6.2 (plot)", _plot(costs.micro_stage()))
+    return caption("Table 6.2 (plot)", _plot(costs.micro_stage()))
 
 
 def _plot(own: Technology) -> Figure:

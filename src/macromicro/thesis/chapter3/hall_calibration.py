@@ -11,12 +11,12 @@ from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new, note
 from macromicro.hall_table import profile
-from macromicro.identify.hall import HallFit, calibrated
+from macromicro.identify.hall import HallFit, fit_table
 from macromicro.lab.drive import drive
 from macromicro.lab.machine import Machine
 from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
-from macromicro.thesis.claims import Claim, stated, within
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import Claim, state, within
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 
@@ -52,7 +52,7 @@ class HallRuns(NamedTuple):
 
 def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
     runs = ramps(plant, seed)
-    fit = calibrated(runs)
+    fit = fit_table(runs)
     return HallRuns(runs, fit, slopes(runs, fit))
 
 
@@ -77,7 +77,7 @@ def slopes(runs: list[tuple[Array, Array]], fit: HallFit) -> Slopes:
 def claims(data: HallRuns) -> list[Claim]:
     found = data.slopes
     return [
-        stated(
+        state(
             "D6",
             1e6 * resolution.calibrated(found.step, 1e-3 * found.mean),
             within("D6", found.mean),
@@ -119,7 +119,7 @@ def draw(data: HallRuns) -> Drawn:
     finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
     lag = 1e6 * float(np.nanmedian(fit.between))
-    return captioned(
+    return caption(
         "3.9",
         figure,
         readings=len(data.runs[0][0]) // MEANS,

@@ -13,8 +13,8 @@ from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
-from macromicro.thesis.claims import Claim, band, printed_list, stated
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import Claim, band, printed_list, state
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ SLOPE = 5000.0 / INCH  # G/m at the ends of travel, read off Figure 3.7
 MILLIMETRE = 1e-3
 
 
-def measured() -> list[Claim]:
+def measure() -> list[Claim]:
     return [_flexure(), *_bits(), _magnet(), *_sensor()]
 
 
@@ -35,7 +35,7 @@ def _flexure() -> Claim:
     whole = 1e3 * flexure_sheet.max_thickness(Beam(), 35 * GRAM_FORCE, 2e-3)
     half = 1e3 * flexure_sheet.max_thickness(Beam(), 17.5 * GRAM_FORCE, 2e-3)
     rate = flexure_sheet.stiffness(Beam(), 0.45e-3)
-    return stated("D1", half, whole=whole, half=half, rate=rate, pull=rate * 4e-3 / GRAM_FORCE)
+    return state("D1", half, whole=whole, half=half, rate=rate, pull=rate * 4e-3 / GRAM_FORCE)
 
 
 def _bits() -> list[Claim]:
@@ -46,7 +46,7 @@ def _bits() -> list[Claim]:
         ("D4", 1e6 * resolution.metres_per_gauss(SLOPE)),
         ("D5", 1e6 * b.position),
     )
-    return [stated(key, value) for key, value in rows]
+    return [state(key, value) for key, value in rows]
 
 
 def _magnet() -> Claim:
@@ -60,7 +60,7 @@ def _magnet() -> Claim:
         )
         if not band("D7", k)[0] <= value <= band("D7", k)[1]
     ]
-    return stated(
+    return state(
         "D7",
         found,
         not off and best == "103MG5",
@@ -78,7 +78,7 @@ def _sensor() -> list[Claim]:
         s.name for s in hall_sensors.suitable(hall_sensors.TABLE_3_2, needs._replace(cost=100.0))
     ]
     good = set(names) == set(printed_list("D8")) and "SS94B1" in cheap
-    return [stated("D8", names, good, cheap=" ".join(cheap)), stated("D11", 1e3 * floor)]
+    return [state("D8", names, good, cheap=" ".join(cheap)), state("D11", 1e3 * floor)]
 
 
 CHOSEN = 0.45e-3  # m, Section 3.2.2
@@ -116,7 +116,7 @@ def flexure(data: Sheets) -> Drawn:
     load.legend(fontsize=7.5, loc="upper left", frameon=False)
     rate = flexure_sheet.stiffness(beam, CHOSEN)
     stress = flexure_sheet.bending_stress(beam, CHOSEN, HALF_STROKE)
-    return captioned(
+    return caption(
         "3.6",
         figure,
         length=1e3 * beam.length,
@@ -180,7 +180,7 @@ def flux(data: Sheets) -> Drawn:
     finish(slide, "(b) slide-by", "distance from the middle [mm]", "flux [G]")
     slide.legend(fontsize=7.5, loc="lower right", frameon=False)
     steep = min(slopes) * INCH
-    return captioned("3.7", figure, sensitivity=1e3 * SENSITIVITY, steep=steep)
+    return caption("3.7", figure, sensitivity=1e3 * SENSITIVITY, steep=steep)
 
 
 def gauss(sensor: Hall, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -201,30 +201,30 @@ class Sheets(NamedTuple):
 
 
 def collect(lab: Lab) -> Sheets:
-    return Sheets(measured(), lab.settings.sensors.hall)
+    return Sheets(measure(), lab.settings.sensors.hall)
 
 
 def claims(data: Sheets) -> list[Claim]:
     return data.claims
 
 
-def _found(data: Sheets) -> dict[str, Claim]:
+def _measure_sheets(data: Sheets) -> dict[str, Claim]:
     return {c.id: c for c in data.claims}
 
 
 def budget(data: Sheets) -> Drawn:
-    found = _found(data)
+    found = _measure_sheets(data)
     rows: list[tuple[str, ...]] = [
         (key, c.claim, f"{c.printed:g} {c.unit}", f"{c.measured:.4g} {c.unit}", c.reason)
         for key in BUDGET
         for c in (found[key],)
     ]
-    return captioned("Table 3.3", Grid(("claim", "figure", "printed", "computed", "remark"), rows))
+    return caption("Table 3.3", Grid(("claim", "figure", "printed", "computed", "remark"), rows))
 
 
 def magnet_table(data: Sheets) -> Drawn:
     """Table 3.1: readings by distance, and the largest change over 1 mm."""
-    claim = _found(data)["D7"]
+    claim = _measure_sheets(data)["D7"]
     sheets = magnets.TABLE_3_1
     flux = [{round(d / INCH, 4): f for d, f in zip(*m[1:], strict=True)} for m in sheets]
     places = sorted({d for sheet in flux for d in sheet})
@@ -234,12 +234,12 @@ def magnet_table(data: Sheets) -> Drawn:
     assert isinstance(claim.measured, list)
     rows.append(("most over 1 mm, computed", *(f"{v:.0f}" for v in claim.measured)))
     rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_list("D7"))))
-    return captioned("Table 3.1", Grid(("distance", *(m.name for m in sheets)), rows), claim=claim)
+    return caption("Table 3.1", Grid(("distance", *(m.name for m in sheets)), rows), claim=claim)
 
 
 def sensors(data: Sheets) -> Drawn:
     """Table 3.2, with the drawbacks of each sensor."""
-    found = _found(data)
+    found = _measure_sheets(data)
     floor = found["D11"].measured
     assert isinstance(floor, float)
     needs = hall_sensors.Needs(sensitivity=1e-3 * floor)
@@ -251,7 +251,7 @@ def sensors(data: Sheets) -> Drawn:
         verdict = "; ".join(against) or "meets both"
         rows.append((sensor.name, field, span, f"~{sensor.cost:g}", verdict))
     headings = ("sensor", "range [G]", "sensitivity [mV/G]", "cost [USD]", "judgement")
-    return captioned(
+    return caption(
         "Table 3.2",
         Grid(headings, rows),
         field=needs.field,

@@ -33,8 +33,8 @@ from macromicro.lab.drive import DT, closed_loop, law
 from macromicro.lab.machine import Machine
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
-from macromicro.thesis.claims import Claim, accepts, stated
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import Claim, accepts, state
+from macromicro.thesis.contents import caption
 
 STEP = 3000.0  # counts, Section 4.3.3
 LIMIT = 5.0  # V
@@ -112,7 +112,7 @@ def _at(crossing: float, derivative_time: float | None = None) -> Trial:
     return trial(pd_by_time(num, den, DT, crossing, held))
 
 
-def chosen() -> Trial:
+def choose() -> Trial:
     """Follow the stated rule.
 
     At a constant derivative time the crossover is lowered from 9.91 rad/s in steps of 0.05 until
@@ -171,7 +171,7 @@ def ratios(design: Design) -> Drawn:
     finish(axes[0, 1], "(b) zoom of the response", y="position [counts]")
     axes[0, 1].set_xlim(*ZOOMED)
     asked = design.ratios[1.05]
-    return captioned("4.22", figure, step=STEP, asked=asked, design=design)
+    return caption("4.22", figure, step=STEP, asked=asked, design=design)
 
 
 def frequencies(design: Design) -> Drawn:
@@ -200,7 +200,7 @@ def frequencies(design: Design) -> Drawn:
     axes[0, 1].set_xlim(*ZOOMED)
     _margins(axes[1, 0], axes[1, 1])
     tuned, initial = (crossover(taps) for taps in (TUNED_TAPS, INITIAL_TAPS))
-    return captioned("4.23", figure, step=STEP, rule=rule, initial=initial, tuned=tuned)
+    return caption("4.23", figure, step=STEP, rule=rule, initial=initial, tuned=tuned)
 
 
 def _margins(gains: Any, phases: Any) -> None:
@@ -251,7 +251,7 @@ class Design(NamedTuple):
 
 
 def collect(plant: Machine) -> Design:
-    printed, rule, ratio = trial(TUNED_TAPS), chosen(), ratio_below_limit()
+    printed, rule, ratio = trial(TUNED_TAPS), choose(), ratio_below_limit()
     return Design(
         sweep_ratios(),
         sweep_frequencies(),
@@ -283,15 +283,15 @@ def margins() -> list[Claim]:
     tuned, initial = crossover(TUNED_TAPS), crossover(INITIAL_TAPS)
     plus = crossover(PdTaps(TUNED_TAPS.now, -TUNED_TAPS.before))
     return [
-        stated("M11", tuned.frequency, tuned=tuned, plus=plus),
-        stated("M11b", [initial.phase_margin, initial.frequency], asked=damping_margin(1.0)),
+        state("M11", tuned.frequency, tuned=tuned, plus=plus),
+        state("M11b", [initial.phase_margin, initial.frequency], asked=damping_margin(1.0)),
     ]
 
 
 def tuning(design: Design) -> Claim:
     here = design.rule_on_bench
     good = accepts("M12", here.overshoot, float(here.saturated), here.settled)
-    return stated(
+    return state(
         "M12",
         [here.overshoot, float(here.saturated), here.settled],
         good,

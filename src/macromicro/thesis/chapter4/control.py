@@ -26,8 +26,8 @@ from macromicro.settings import Settings
 from macromicro.thesis.chapter4 import _design, identification
 from macromicro.thesis.chapter4._design import Design
 from macromicro.thesis.chapter4.identification import nrmse
-from macromicro.thesis.claims import DIFFERS, Claim, NotMeasured, accepts, judged, stated
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import DIFFERS, Claim, NotMeasured, accepts, judge, state
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 LAWS = ("pid", "pd-initial", "pd-tuned")
@@ -88,12 +88,12 @@ def control_runs(
         "",
     )
     try:
-        model = identification.fitted(identification.measured(plant, seed))
+        model = identification.fit(identification.measure(plant, seed))
     except InputError as error:
         unidentified = f"no model of this machine was found: {error}"
     else:
         initial, _ = macro.closed_loop(model._replace(kind=INITIAL), law("pd-initial"), aim)
-        tuned = simulated(model, reference)
+        tuned = simulate(model, reference)
     return MacroData(
         steps,
         initial,
@@ -104,7 +104,7 @@ def control_runs(
     )
 
 
-def simulated(model: MacroModel, reference: Array) -> Array:
+def simulate(model: MacroModel, reference: Array) -> Array:
     return macro.closed_loop(model, law("pd-tuned"), reference)[0]
 
 
@@ -190,13 +190,13 @@ def sign_changes(motor: Array) -> int:
 
 
 def claims(data: MacroData) -> list[Claim]:
-    return judged(
+    return judge(
         [
             ("M9", lambda: pid(data.steps["pid"])),
             ("M10", lambda: _initial(data)),
             (("M11", "M11b"), _design.margins),
             ("M12", lambda: _design.tuning(data.design)),
-            ("M13", lambda: _tuned(data)),
+            ("M13", lambda: _tuned_claim(data)),
             ("M14", lambda: full_move(data.steps["pd-tuned"])),
             ("M15", lambda: ranking(data.square)),
             ("M16", lambda: travel(data.travel)),
@@ -210,7 +210,7 @@ def _initial(data: MacroData) -> Claim:
     return initial_pd(data.steps["pd-initial"], data.initial_model)
 
 
-def _tuned(data: MacroData) -> Claim:
+def _tuned_claim(data: MacroData) -> Claim:
     if data.unidentified:
         raise NotMeasured(data.unidentified)
     return tuned_pd(data.square)
@@ -226,10 +226,10 @@ def pid(run: Recording) -> Claim:
         "over": overshoot(x, TRAVEL),
     }
     if stuck is None:
-        return stated("M9", rise, DIFFERS, wording="free", **swing)
+        return state("M9", rise, DIFFERS, wording="free", **swing)
     good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
     turned = "turns back" if stuck.back else "does not turn back"
-    return stated("M9", rise, good, wording="stuck", stuck=stuck, turned=turned, **swing)
+    return state("M9", rise, good, wording="stuck", stuck=stuck, turned=turned, **swing)
 
 
 def _reversals(turns: int) -> str:
@@ -244,7 +244,7 @@ def initial_pd(run: Recording, model: Array) -> Claim:
     over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
     model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
     good = accepts("M10", over, float(backs)) and model_over < 1.0 and model_backs == 0
-    return stated("M10", [over, float(backs)], good, over=model_over, backs=model_backs)
+    return state("M10", [over, float(backs)], good, over=model_over, backs=model_backs)
 
 
 def tuned_pd(square: Square) -> Claim:
@@ -253,21 +253,21 @@ def tuned_pd(square: Square) -> Claim:
     model = tracking(square.simulated, square.reference)
     good = accepts("M13", error) and seen.arrived and seen.largest <= 1.0
     wording = "arrived" if seen.arrived else "missed"
-    return stated("M13", error, good, wording=wording, seen=seen, model=model)
+    return state("M13", error, good, wording=wording, seen=seen, model=model)
 
 
 def full_move(run: Recording) -> Claim:
     time = settling_time(run["macro_position"], TRAVEL)
     if math.isnan(time):
-        return stated("M14", time, DIFFERS, wording="late", travel=TRAVEL, seconds=len(run) * DT)
-    return stated("M14", time, wording="arrived", rate=0.5 / time)
+        return state("M14", time, DIFFERS, wording="late", travel=TRAVEL, seconds=len(run) * DT)
+    return state("M14", time, wording="arrived", rate=0.5 / time)
 
 
 def ranking(square: Square) -> Claim:
     pid_, initial, tuned = (tracking(square.bench[name], square.reference) for name in LAWS)
     good = tuned.settled <= initial.settled < pid_.settled
     good = good and tuned.reversals < initial.reversals
-    return stated(
+    return state(
         "M15",
         [tuned.settled, initial.settled, pid_.settled],
         good,
@@ -283,7 +283,7 @@ def travel(run: Recording) -> Claim:
     if gone < 0.5 * TRAVEL:
         raise NotMeasured(f"the carriage moved only {gone:.0f} counts, too few to measure a pitch")
     counts = counts_per_200_mm(run)
-    return stated("M16", counts, pitch=200e3 / counts)
+    return state("M16", counts, pitch=200e3 / counts)
 
 
 DEAD_ZONE = 3.0  # V
@@ -306,9 +306,9 @@ def draw_pid(data: MacroData) -> Drawn:
     finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
     finish(axes[1, 0], "(b) response", y="position [counts]")
     axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    over, stuck = overshoot(x, TRAVEL), _stuck(x, motor)
+    over, stuck = overshoot(x, TRAVEL), _why_stuck(x, motor)
     rise = rise_time(x, TRAVEL)
-    return captioned(
+    return caption(
         "4.18",
         figure,
         travel=TRAVEL,
@@ -320,7 +320,7 @@ def draw_pid(data: MacroData) -> Drawn:
     )
 
 
-def _stuck(x: Array, motor: Array) -> str:
+def _why_stuck(x: Array, motor: Array) -> str:
     found = sticking(x, motor, TRAVEL, DEAD_ZONE)
     if found is None:
         return "it never sticks off the target while the output ramps"
@@ -349,7 +349,7 @@ def draw_initial_pd(data: MacroData) -> Drawn:
     axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
     axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     backs, model_backs = (len(swings(y, TRAVEL)) for y in (x, data.initial_model))
-    return captioned(
+    return caption(
         "4.20",
         figure,
         travel=TRAVEL,
@@ -365,7 +365,7 @@ def arrival(x: Array, target: float) -> int:
     return int((np.abs(x - target) <= ARRIVED).argmax())
 
 
-def zoomed(square: Square, law: str) -> slice:
+def zoom_rows(square: Square, law: str) -> slice:
     """Rows about the first arrival of a law on the decaying square."""
     row = arrival(square.bench[law][:HOLD], float(square.reference[0]))
     begin, end = (row + round(s / DT) for s in AROUND)
@@ -380,7 +380,7 @@ def draw_tuned_pd(data: MacroData) -> Drawn:
     """Figure 4.24, with the full-travel move in two panels."""
     square, run = data.square, data.steps["pd-tuned"]
     t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
-    near = zoomed(square, "pd-tuned")
+    near = zoom_rows(square, "pd-tuned")
     x = square.bench["pd-tuned"]
     figure, axes = new(5.8, 2, 2)
     for ax, rows in ((axes[0, 0], slice(None)), (axes[0, 1], near)):
@@ -395,7 +395,7 @@ def draw_tuned_pd(data: MacroData) -> Drawn:
     settled = _full_move(axes[1, 0], run)
     counts = _travel(axes[1, 1], data.travel)
     error = nrmse(square.simulated, x)
-    return captioned("4.24", figure, error=error, settled=settled, counts=counts)
+    return caption("4.24", figure, error=error, settled=settled, counts=counts)
 
 
 def _full_move(ax: Any, run: Recording) -> float:
@@ -422,7 +422,7 @@ def _travel(ax: Any, run: Recording) -> float:
 def comparison(data: MacroData) -> Drawn:
     square = data.square
     t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
-    near = zoomed(square, "pd-initial")
+    near = zoom_rows(square, "pd-initial")
     styles = {"pid": (GREEN, "--"), "pd-initial": (RED, ":"), "pd-tuned": (BLUE, "-")}
     names = {"pid": "PID", "pd-initial": "initial PD", "pd-tuned": "tuned PD"}
     figure, axes = new(5.8, 2)
@@ -440,7 +440,7 @@ def comparison(data: MacroData) -> Drawn:
     axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
     seen = {name: tracking(square.bench[name], square.reference) for name in styles}
     errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
-    return captioned(
+    return caption(
         "4.25",
         figure,
         errors=errors,

@@ -28,8 +28,8 @@ from macromicro.lab.drive import DT, open_loop
 from macromicro.lab.machine import Machine
 from macromicro.models import macro
 from macromicro.recording import Recording
-from macromicro.thesis.claims import DIFFERS, Claim, stated, within
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import DIFFERS, Claim, state, within
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 TRAVEL = (0.0, 2800.0)
@@ -64,7 +64,7 @@ def probing_runs(
     return runs
 
 
-def probed(plant: Machine) -> tuple[list[Recording], DeadZone]:
+def probe(plant: Machine) -> tuple[list[Recording], DeadZone]:
     """The whole procedure (M1): its runs and the dead zone from them.
 
     Where the carriage still stops at the highest of `VOLTAGES`, higher ones are tried, up to
@@ -82,8 +82,8 @@ def probed(plant: Machine) -> tuple[list[Recording], DeadZone]:
         top = further[-1]
 
 
-def measured(plant: Machine) -> DeadZone:
-    return probed(plant)[1]
+def measure(plant: Machine) -> DeadZone:
+    return probe(plant)[1]
 
 
 class Coulomb(NamedTuple):
@@ -100,7 +100,7 @@ class Coulomb(NamedTuple):
         return self.volts - self.speeds / self.gain
 
 
-def pushed(plant: Machine) -> list[Recording]:
+def push(plant: Machine) -> list[Recording]:
     """A run at each voltage of `PUSHES` in both directions, each from its own end."""
     runs = []
     for volts, seconds in PUSHES.items():
@@ -122,7 +122,7 @@ def steady(run: Recording) -> tuple[float, float]:
     return float(run["motor"][0]), float(np.polyfit(run["t"][rows], x[rows], 1)[0])
 
 
-def fitted(runs: Sequence[Recording]) -> Coulomb:
+def fit(runs: Sequence[Recording]) -> Coulomb:
     """F and G by least squares over the runs' steady states, |V| = F + |v| / G."""
     volts, speeds = np.array([steady(r) for r in runs]).T
     slope, level = np.polyfit(np.abs(speeds), np.abs(volts), 1)
@@ -149,7 +149,7 @@ def pulses(repeats: int = 2) -> Array:
     return np.concatenate(parts)
 
 
-def pulsed(plant: Machine, start: float = 0.5 * sum(TRAVEL)) -> Recording:
+def pulse(plant: Machine, start: float = 0.5 * sum(TRAVEL)) -> Recording:
     """One record from rest at `start` [counts]: columns t, macro_position and motor."""
     return open_loop(plant, pulses(), start + 0.5)
 
@@ -169,15 +169,15 @@ class FrictionData(NamedTuple):
 
 def collect(lab: Lab) -> FrictionData:
     plant = lab.bench()
-    runs, zone = probed(plant)
-    return FrictionData(runs, zone, fitted(pushed(plant)), at_rest(runs))
+    runs, zone = probe(plant)
+    return FrictionData(runs, zone, fit(push(plant)), at_rest(runs))
 
 
 def claims(data: FrictionData) -> list[Claim]:
     zone = data.zone
     spread = max(float(np.ptp(zone.thresholds(way)[1])) for way in (1, -1))
     verdict = within("M1", zone.width) if spread > 0.0 else DIFFERS
-    return [stated("M1", zone.width, verdict, spread=spread)]
+    return [state("M1", zone.width, verdict, spread=spread)]
 
 
 def easiest(zone: DeadZone) -> float:
@@ -197,7 +197,7 @@ def forward(
     return found
 
 
-def evaluated(function: Callable[[float], float], volts: Array) -> Array:
+def evaluate(function: Callable[[float], float], volts: Array) -> Array:
     return np.array([function(float(v)) for v in volts])
 
 
@@ -208,7 +208,7 @@ def coulomb(data: FrictionData) -> Drawn:
     ax = axes[0, 0]
     still = np.zeros_like(data.held)
     volts = np.linspace(-5.2, 5.2, 521)
-    speed = evaluated(lambda v: found.gain * macro.dead_zone(found.level, v), volts)
+    speed = evaluate(lambda v: found.gain * macro.dead_zone(found.level, v), volts)
     line(ax, volts, speed, BLUE, "Coulomb model")
     _dots(ax, found.volts, found.speeds, "bench, moving", "o")
     _dots(ax, data.held, still, "bench, at rest", "x")
@@ -221,7 +221,7 @@ def coulomb(data: FrictionData) -> Drawn:
     _dots(ax, found.speeds, found.taken, "bench, moving", "o")
     _dots(ax, still, data.held, "bench, at rest", "x")
     finish(ax, "(b) friction, in volts", "speed [counts/s]", "friction [V]")
-    return captioned(
+    return caption(
         "4.4",
         figure,
         found=found,
@@ -250,7 +250,7 @@ def low_voltages(data: FrictionData) -> Drawn:
         axes[0, 0].text(2.45, 90.0, note, fontsize=7.5, horizontalalignment="right")
     _thresholds(axes[1, 0], zone)
     _speeds(axes[1, 1], forward(data.runs, 0.0, MOVING))
-    return captioned("4.8", figure, zone=zone)
+    return caption("4.8", figure, zone=zone)
 
 
 def _thresholds(ax: Any, zone: DeadZone) -> None:
@@ -289,16 +289,16 @@ def characteristics(data: FrictionData) -> Drawn:
     volts = np.linspace(-end, end, 601)
     # Halves apart: a line across the inverse's step would be drawn where it has no values.
     halves = (volts[volts < 0.0], volts[volts > 0.0])
-    zone = evaluated(lambda v: macro.dead_zone(width, v), volts)
+    zone = evaluate(lambda v: macro.dead_zone(width, v), volts)
     line(axes[0, 0], volts, zone, BLUE, "")
     for part in halves:
-        line(axes[0, 1], part, evaluated(lambda v: deadzone.inverse(width, v), part), RED, "")
+        line(axes[0, 1], part, evaluate(lambda v: deadzone.inverse(width, v), part), RED, "")
     axes[0, 1].plot([0.0], [deadzone.inverse(width, 0.0)], color=RED, marker="o", markersize=3)
-    both = evaluated(lambda v: macro.dead_zone(width, deadzone.inverse(width, v)), volts)
+    both = evaluate(lambda v: macro.dead_zone(width, deadzone.inverse(width, v)), volts)
     line(axes[0, 2], volts, both, GREEN, "")
     finish(axes[0, 0], "(a) dead zone", "in [V]", "out [V]")
     finish(axes[0, 1], "(b) its inverse", "in [V]")
     finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
     for ax in axes[0]:
         ax.set_ylim(-1.6 * end, 1.6 * end)
-    return captioned("4.9", figure, width=width, left=5.0 - width)
+    return caption("4.9", figure, width=width, left=5.0 - width)

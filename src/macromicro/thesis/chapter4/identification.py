@@ -29,12 +29,12 @@ from macromicro.thesis.claims import (
     REPRODUCED,
     Claim,
     accepts,
-    judged,
-    printed,
-    stated,
+    judge,
+    printed_value,
+    state,
     within,
 )
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 WIDTH = 3.0  # Section 4.2.3: the thesis' width of the dead-zone inverse [V]
@@ -65,7 +65,7 @@ def step_runs(
     return found
 
 
-def identified(recordings: Mapping[float, Sequence[Recording]], width: float = WIDTH) -> Identified:
+def identify(recordings: Mapping[float, Sequence[Recording]], width: float = WIDTH) -> Identified:
     averaged = {
         volts: average_runs([_before_inverse(r, width) for r in runs])
         for volts, runs in recordings.items()
@@ -89,10 +89,10 @@ def _steady(x: Array) -> float:
     return float(half[-1] - half[0]) / ((len(half) - 1) * DT)
 
 
-def measured(plant: Machine, seed: int = 0) -> Identified:
+def measure(plant: Machine, seed: int = 0) -> Identified:
     """The whole procedure on a bench (M2 to M6), with the dead zone by M1."""
-    width = friction.measured(plant).width
-    return identified(step_runs(plant, seed, width), width)
+    width = friction.measure(plant).width
+    return identify(step_runs(plant, seed, width), width)
 
 
 HALVES = {0.1: 1.35, 1.0: 0.65, 2.0: 0.35}  # half a period [s]; the first two from Figure 4.13
@@ -124,7 +124,7 @@ class Case(NamedTuple):
         return nrmse(self.tuned, self.bench)
 
 
-def fitted(found: Identified, kind: int = TUNED) -> MacroModel:
+def fit(found: Identified, kind: int = TUNED) -> MacroModel:
     linear = Linear(float(found.linear.a[0]), float(found.linear.b[0]), DT)
     zone = found.zone
     return MacroModel(linear, kind, zone.width, zone.both.a0, zone.both.delta)
@@ -141,7 +141,7 @@ def case_runs(plant: Machine, found: Identified) -> list[Case]:
                 wave = signals.sine(t, volts, 0.5 / half)
             motor = wave + found.zone.width * np.sign(wave)
             measured = open_loop(plant, motor, START + 0.5)["macro_position"]
-            models = [macro.simulate(fitted(found, k), motor, START) for k in (INITIAL, TUNED)]
+            models = [macro.simulate(fit(found, k), motor, START) for k in (INITIAL, TUNED)]
             cases.append(Case(volts, shape, t, wave, measured, *models))
     return cases
 
@@ -171,7 +171,7 @@ def speed(case: Case) -> float:
 
 
 def case_claims(cases: list[Case]) -> list[Claim]:
-    return [_initial(cases), _tuned(cases)]
+    return [_initial(cases), _tuned_claim(cases)]
 
 
 def _initial(cases: list[Case]) -> Claim:
@@ -182,7 +182,7 @@ def _initial(cases: list[Case]) -> Claim:
     missed = all(abs(gaps[k]) >= MISSED * abs(speeds[k]) > 0.0 for k in (0, 2))
     right = middle <= MISSED * speeds[1]
     shares = [100.0 * g / v if v else float("nan") for g, v in zip(gaps, speeds, strict=True)]
-    return stated(
+    return state(
         "M7",
         gaps,
         min(low, high) >= 4.0 * middle and missed and right,
@@ -192,11 +192,11 @@ def _initial(cases: list[Case]) -> Claim:
     )
 
 
-def _tuned(cases: list[Case]) -> Claim:
+def _tuned_claim(cases: list[Case]) -> Claim:
     initial = [c.initial_error for c in cases]
     tuned = [c.tuned_error for c in cases]
     fits = accepts("M8", *tuned) and all(b <= a + 1.0 for a, b in zip(initial, tuned, strict=True))
-    return stated("M8", tuned, fits, inputs=_names(cases), initial=_list(initial))
+    return state("M8", tuned, fits, inputs=_names(cases), initial=_list(initial))
 
 
 def _names(cases: list[Case]) -> str:
@@ -220,20 +220,20 @@ class IdentificationData(NamedTuple):
 
 def collect(lab: Lab) -> IdentificationData:
     plant = lab.bench()
-    width = friction.measured(plant).width
+    width = friction.measure(plant).width
     steps = step_runs(plant, lab.seed, width)
-    found = identified(steps, width)
+    found = identify(steps, width)
     return IdentificationData(steps, found, case_runs(plant, found))
 
 
 def claims(data: IdentificationData) -> list[Claim]:
     first = ("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b")
-    return judged(
+    return judge(
         [(first, lambda: model_claims(data.found)), (("M7", "M8"), lambda: case_claims(data.cases))]
     )
 
 
-def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
+def average(data: IdentificationData) -> tuple[Array, Array, Array]:
     """Mean position [counts] of the 1 V steps (n,), speed and the model's [counts/s] (n-1,)."""
     width = data.found.zone.width
     runs = [
@@ -245,7 +245,7 @@ def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
 
 
 def step(data: IdentificationData) -> Drawn:
-    x, y, model = averaged(data)
+    x, y, model = average(data)
     linear = data.found.linear
     t = data.steps[1.0][0]["t"][: len(x)]
     figure, axes = new(3.4, 1, 2)
@@ -259,7 +259,7 @@ def step(data: IdentificationData) -> Drawn:
     for ax in axes[0]:
         ax.legend(fontsize=7.5, loc="lower right", frameon=False)
     a, b = float(linear.a[0]), float(linear.b[0])
-    return captioned("4.11", figure, steps=len(data.steps[1.0]), b=b, pole=-a)
+    return caption("4.11", figure, steps=len(data.steps[1.0]), b=b, pole=-a)
 
 
 def _responses(tuned: bool, data: IdentificationData) -> Drawn:
@@ -280,7 +280,7 @@ def _responses(tuned: bool, data: IdentificationData) -> Drawn:
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, fontsize=8, loc="lower center", ncols=2, frameon=False)
     figure.subplots_adjust(bottom=0.12, hspace=0.42)
-    return captioned("4.17" if tuned else "4.13", figure)
+    return caption("4.17" if tuned else "4.13", figure)
 
 
 def _jump_zone(found: Identified, volts: Array) -> Array:
@@ -315,7 +315,7 @@ def friction_model(data: IdentificationData) -> Drawn:
     finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
     axes[0, 2].set_xlim(-2.2, 2.2)
     axes[0, 2].legend(fontsize=7.5, loc="upper left", frameon=False)
-    return captioned("4.14", figure, side=side, zone=zone)
+    return caption("4.14", figure, side=side, zone=zone)
 
 
 def model_claims(found: Identified) -> list[Claim]:
@@ -325,9 +325,9 @@ def model_claims(found: Identified) -> list[Claim]:
 def _speeds(found: Identified) -> list[Claim]:
     slow, middle, fast = (found.speeds[volts] for volts in (0.1, 1.0, 2.0))
     return [
-        stated("M2", slow),
-        stated("M3", middle),
-        stated("M3b", fast, line=found.zone.speed(2.0)),
+        state("M2", slow),
+        state("M3", middle),
+        state("M3b", fast, line=found.zone.speed(2.0)),
     ]
 
 
@@ -335,18 +335,18 @@ def _linear(found: Identified) -> list[Claim]:
     a, b, gain = float(found.linear.a[0]), float(found.linear.b[0]), found.linear.gain
     den, num = found.linear.with_integrator()
     pole = within("M4a", a)
-    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else DIFFERS
+    size = within("M4b", b) if abs(gain / printed_value("M3") - 1.0) <= 0.03 else DIFFERS
     return [
-        stated("M4a", a, pole),
-        stated("M4b", b, size, gain=gain),
-        stated("M5", [float(num[0]), float(den[0]), float(den[1])], pole == size == REPRODUCED),
+        state("M4a", a, pole),
+        state("M4b", b, size, gain=gain),
+        state("M5", [float(num[0]), float(den[0]), float(den[1])], pole == size == REPRODUCED),
     ]
 
 
 def _jump(found: Identified) -> list[Claim]:
     side = found.zone.both
     apart = abs(found.zone.positive.a0 - found.zone.negative.a0)
-    return [stated("M6a", side.a0, apart=apart), stated("M6b", side.delta)]
+    return [state("M6a", side.a0, apart=apart), state("M6b", side.delta)]
 
 
 initial_responses = partial(_responses, False)

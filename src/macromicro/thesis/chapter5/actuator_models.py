@@ -47,7 +47,7 @@ class Judgement(NamedTuple):
     whole: float  # RMS throughout
 
 
-def judged(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
+def judge(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
     """Error of a model's position; the dynamic part is the rise and 1.5 times its time (2 %)."""
     error = (model - measured) / stroke
     last = t >= t[-1] - 0.02 * (t[-1] - t[0])
@@ -102,16 +102,16 @@ def thesis(
         whole = upper(fit.model, steady, goals)
     fall = heating.cooling(table, cooled, ambient)
     model = Actuator(whole, dynamics.modes, fall.time, ambient, hysteresis(table))
-    straight = linearised(volts, rise, max(fit.asymptote, 1.002 * rise[-1]))
+    straight = linearise(volts, rise, max(fit.asymptote, 1.002 * rise[-1]))
     return ThesisFit(model, steady, straight, fit, goals, dynamics, fall)
 
 
 def against(model: Actuator, trials: list[Recording]) -> Judgement:
     """The thesis' model against the mean of trials of one profile."""
-    t, x = heating.averaged(trials)
+    t, x = heating.average(trials)
     sent = np.asarray(trials[0]["ctrl"], dtype=np.float64)[: len(t)]
     made, _ = actuator.simulate(model, sent, trials[0].dt)
-    return judged(t, x, made, model.hysteresis.span)
+    return judge(t, x, made, model.hysteresis.span)
 
 
 def asymptote(rise: npt.ArrayLike) -> float:
@@ -123,7 +123,7 @@ def asymptote(rise: npt.ArrayLike) -> float:
     return float(y[-1] + steps[1] ** 2 / (steps[0] - steps[1]))
 
 
-def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = None) -> GainFit:
+def linearise(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = None) -> GainFit:
     """The thesis' method (5.3)-(5.5) for the static gain, ill-conditioned in A."""
     # x0, y0 from the lowest point, B from the asymptote, A by least squares through the origin on A
     # x' = y', y' = -ln(1 - (y - y0) / B); (5.4) is printed without its minus sign.
@@ -247,7 +247,7 @@ class Unfitted(NamedTuple):
     why: str
 
 
-def attempted(table: FodTable, plant: Machine, seed: int) -> Models | Unfitted:
+def attempt(table: FodTable, plant: Machine, seed: int) -> Models | Unfitted:
     """All open-loop runs and the fits to them, unless the procedure cannot use the runs."""
     data = _electrothermal_runs.collect(plant, seed)
     try:
@@ -261,17 +261,17 @@ def _models(table: FodTable, data: StepData, plant: Machine, seed: int) -> Model
     better = wire_table.with_table(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())
     unseen = {
-        name: Compared(against(first.model, [r]), against(printed, [r]), _judged(better, r))
+        name: Compared(against(first.model, [r]), against(printed, [r]), _judge(better, r))
         for name, r in _electrothermal_runs.for_judgement(plant, seed + 20_000).items()
     }
-    traces = {v: _traced(table, first, better, trials) for v, trials in data.steps.items()}
+    traces = {v: _trace(table, first, better, trials) for v, trials in data.steps.items()}
     steps = {
-        v: judged(c.record.t, c.record.position, c.thesis, table.span) for v, c in traces.items()
+        v: judge(c.record.t, c.record.position, c.thesis, table.span) for v, c in traces.items()
     }
     return Models(table, data, first, better, traces, steps, unseen)
 
 
-def _traced(table: FodTable, first: ThesisFit, better: WireFit, trials: list[Recording]) -> Trace:
+def _trace(table: FodTable, first: ThesisFit, better: WireFit, trials: list[Recording]) -> Trace:
     record = heating.inferred_step(table, trials, AMBIENT)
     sent, dt = trials[0]["ctrl"][: len(record.t)], trials[0].dt
     return Trace(
@@ -281,8 +281,8 @@ def _traced(table: FodTable, first: ThesisFit, better: WireFit, trials: list[Rec
     )
 
 
-def _judged(better: WireFit, recording: Recording) -> Judgement:
+def _judge(better: WireFit, recording: Recording) -> Judgement:
     """The improved model's free simulation against a recording from cold."""
     wires = better.model.wires
     made = better_model.simulate(wires, recording["ctrl"], recording.dt)[0]
-    return judged(recording["t"], 1e-3 * recording["laser"], made, wires.hysteresis.span)
+    return judge(recording["t"], 1e-3 * recording["laser"], made, wires.hysteresis.span)

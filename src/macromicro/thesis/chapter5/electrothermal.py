@@ -17,7 +17,7 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import (
     AMBIENT,
     WIDEST_BAND,
-    averaged,
+    average,
     cooling,
     on_cooling,
     on_heating,
@@ -37,11 +37,19 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
     StepData,
 )
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted, full_contraction
-from macromicro.thesis.claims import Claim, NotMeasured, accepts, judged, printed, stated, within
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import (
+    Claim,
+    NotMeasured,
+    accepts,
+    judge,
+    printed_value,
+    state,
+    within,
+)
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
-PRINTED_A = printed("S5b")  # 1/V, (5.5)
+PRINTED_A = printed_value("S5b")  # 1/V, (5.5)
 
 VOLTS = (1.5, 1.6, 1.7, 1.8)
 
@@ -58,7 +66,7 @@ def claims(models: Models | Unfitted) -> list[Claim]:
     """S5a, S5b, S7 and S8 from the fits, S9 from the printed equation, S10 from both."""
     if isinstance(models, Unfitted):
         return _without_models(models)
-    return judged(
+    return judge(
         [
             (("S5a", "S5b"), lambda: _gain(models)),
             ("S7", lambda: _dynamics(models)),
@@ -75,7 +83,7 @@ def _without_models(seen: Unfitted) -> list[Claim]:
     def lacking() -> Claim:
         raise NotMeasured(f"the thesis' procedure does not fit this bench's steps: {seen.why}")
 
-    return judged(
+    return judge(
         [
             (("S5a", "S5b", "S7"), lacking),
             ("S8", lambda: _cooling(seen.table, seen.data)),
@@ -91,8 +99,8 @@ def _gain(models: Models) -> list[Claim]:
     a = line.model.a
     near = accepts("S5b", a) or low <= PRINTED_A <= high
     return [
-        stated("S5a", fit.asymptote, fit=fit),
-        stated("S5b", a, near, fit=fit, low=low, high=high),
+        state("S5a", fit.asymptote, fit=fit),
+        state("S5b", a, near, fit=fit, low=low, high=high),
     ]
 
 
@@ -100,7 +108,7 @@ def _dynamics(models: Models) -> Claim:
     found = models.thesis.heating.modes
     num, den = transfer(found)
     error = against_5_6(found)
-    return stated(
+    return state(
         "S7",
         [-found.rate1, -found.rate2, -found.rate3, float(num[-1] / den[-1])],
         within("S7", error),
@@ -129,7 +137,7 @@ def _mls(models: Models) -> str:
 def _cooling(table: FodTable, data: StepData) -> Claim:
     """S8 as in Section 5.2.2, for an actuator cycled a few times; also from cold."""
     warm = cooling(table, data.warm, AMBIENT)
-    return stated("S8", warm.time, cycles=CYCLES_BEFORE, cold=_cold(table, data), warm=warm)
+    return state("S8", warm.time, cycles=CYCLES_BEFORE, cold=_cold(table, data), warm=warm)
 
 
 def _cold(table: FodTable, data: StepData) -> str:
@@ -143,7 +151,7 @@ def _whole(models: Models) -> Claim:
     steps = models.steps
     steady = 100.0 * max(abs(steps[v].steady) for v in _electrothermal_runs.BELOW_STOP)
     ratio = steps[1.8].dynamic / steps[1.575].dynamic
-    return stated(
+    return state(
         "S10",
         [steady, ratio],
         steady=steady,
@@ -173,7 +181,7 @@ def printed_gain() -> list[Claim]:
     good = accepts("S9", *found) and bool((everywhere >= 0.0).all())
     silent = float(volts[rise < 0.05][-1])
     high = weighted(Weighted(), 1.9)
-    return [stated("S9", found, good, silent=silent, high=high)]
+    return [state("S9", found, good, silent=silent, high=high)]
 
 
 HOT = "temperature [degC]"
@@ -228,7 +236,7 @@ def responses(models: Models) -> Drawn:
     finish(axes[0, 1], "(b) temperature inferred from it", y=HOT)
     axes[0, 0].set_xlim(right=1.16 * SHOWN_S)  # room for the names
     _legend(axes[0, 1], "lower right", 2)
-    return captioned("5.10", figure, apart=max(apart), seconds=HELD_S)
+    return caption("5.10", figure, apart=max(apart), seconds=HELD_S)
 
 
 def _name_steps(ax: Any, volts: Sequence[float]) -> None:
@@ -258,7 +266,7 @@ def steady(models: Models) -> Drawn:
     ax.axhline(fit.nonlinear.asymptote, color=RED, linewidth=0.7, linestyle=(0, (1, 3)))
     ax.plot(list(fit.steady), list(fit.steady.values()), "o", color=BLACK, label="measured")
     finish(ax, "", "CTRL [V]", "steady rise above ambient [K]", legend=True)
-    return captioned("5.11", figure, ambient=AMBIENT, fit=fit)
+    return caption("5.11", figure, ambient=AMBIENT, fit=fit)
 
 
 def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) -> None:
@@ -291,7 +299,7 @@ def linear(models: Models) -> Drawn:
     line(axes[0, 2], t, printed, BLACK, "(5.6)")
     line(axes[0, 2], t, step_response(fit.heating.modes, t), RED, "identified", linestyle="--")
     finish(axes[0, 2], "(c)", y="$T / T_d$", legend=True)
-    return captioned("5.13", figure)
+    return caption("5.13", figure)
 
 
 @_of_models
@@ -304,7 +312,7 @@ def draw_gain(_: Models) -> Drawn:
     line(ax, volts, upper, GREEN, "upper exponential", linestyle="-.")
     line(ax, volts, rise, BLACK, "weighted gain (5.8)", linewidth=1.8)
     finish(ax, "", "CTRL [V]", "$T_d$ above ambient [K]", legend=True)
-    return captioned("5.14", figure)
+    return caption("5.14", figure)
 
 
 @_of_models
@@ -312,7 +320,7 @@ def weighted_gain(models: Models) -> Drawn:
     figure, axes = new(3.9, 1, 2)
     gain = models.thesis.model.gain
     _against_heating(models, axes[0], lambda v: weighted(gain, v))
-    return captioned("5.15", figure)
+    return caption("5.15", figure)
 
 
 @_of_models
@@ -327,7 +335,7 @@ def draw_cooling(models: Models) -> Drawn:
     for (name, trials), color in zip((*cold, warm), (*shades(len(cold)), BLUE), strict=True):
         found = cooling(table, trials, AMBIENT)
         times.append(found.time)
-        t, x = averaged(trials)
+        t, x = average(trials)
         begin = int(np.flatnonzero(trials[0]["ctrl"] > 0.0)[-1]) + 1
         rows = slice(begin, begin + round(seconds / trials[0].dt), 5)
         fall = on_cooling(table, x[rows], found.peak)
@@ -341,7 +349,7 @@ def draw_cooling(models: Models) -> Drawn:
     level = AMBIENT + (fit.peak - AMBIENT) * np.exp(-1.0)
     ax.plot([fit.time], [level], "o", color=RED, label=f"63 %: {fit.time:.2f} s")
     finish(ax, "", y=HOT, legend=True)
-    return captioned("5.16", figure, cycles=CYCLES_BEFORE, least=min(times), most=max(times))
+    return caption("5.16", figure, cycles=CYCLES_BEFORE, least=min(times), most=max(times))
 
 
 @_of_models
@@ -364,7 +372,7 @@ def draw_whole(models: Models) -> Drawn:
     thesis = 100.0 * max(c.thesis.dynamic for c in others)
     better = 100.0 * max(c.better.dynamic for c in others)
     steady = 100.0 * max(abs(models.steps[v].steady) for v in BELOW_STOP)
-    return captioned(
+    return caption(
         "5.17",
         figure,
         steady=steady,
@@ -377,7 +385,7 @@ def draw_whole(models: Models) -> Drawn:
 
 def collect(lab: Lab) -> Models | Unfitted:
     curves = kiln_runs.run(lab.kiln(), kiln_runs.cycles(), lab.seed)
-    return actuator_models.attempted(fod_table([curves]), lab.bench(), lab.seed)
+    return actuator_models.attempt(fod_table([curves]), lab.bench(), lab.seed)
 
 
 arithmetic = printed_gain

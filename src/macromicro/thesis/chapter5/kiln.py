@@ -11,13 +11,13 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
-from macromicro.identify.kiln import Prediction, cleaned, window_means, without_spikes
+from macromicro.identify.kiln import Prediction, clean, window_means, without_spikes
 from macromicro.recording import Recording
 from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.thesis.chapter5.actuator_models import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
-from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import NOT_MEASURED, Claim, judge, state, within
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -34,9 +34,9 @@ class KilnRuns(NamedTuple):
     predictions: list[Prediction]  # by (5.1), one for each new profile
 
 
-def identified(heated: KilnData) -> KilnRuns:
+def identify(heated: KilnData) -> KilnRuns:
     table = kiln_fit.fod_table([heated.curves])
-    return KilnRuns(heated, table, [kiln_fit.predicted(table, r) for r in heated.tests])
+    return KilnRuns(heated, table, [kiln_fit.predict(table, r) for r in heated.tests])
 
 
 class Spikes(NamedTuple):
@@ -68,7 +68,7 @@ def spikes(recording: Recording) -> Spikes:
 
 
 def claims(runs: KilnRuns) -> list[Claim]:
-    return judged(
+    return judge(
         [
             ("S1", lambda: _spikes(spikes(runs.heated.curves))),
             ("S2", lambda: _preisach(runs)),
@@ -80,19 +80,19 @@ def claims(runs: KilnRuns) -> list[Claim]:
 def _spikes(s: Spikes) -> Claim:
     share = 100.0 * s.changed
     if not np.isfinite(s.smooth_rms):
-        return stated("S1", None, NOT_MEASURED, wording="unknown", seen=s, share=share)
+        return state("S1", None, NOT_MEASURED, wording="unknown", seen=s, share=share)
     verdict = within("S1", s.raw_max, s.smooth_rms)
-    return stated("S1", [s.raw_max, s.smooth_rms], verdict, wording="compared", seen=s, share=share)
+    return state("S1", [s.raw_max, s.smooth_rms], verdict, wording="compared", seen=s, share=share)
 
 
 def _preisach(runs: KilnRuns) -> Claim:
     worst = 100.0 * max(p.share for p in runs.predictions)
-    return stated("S2", worst, profiles=len(runs.predictions))
+    return state("S2", worst, profiles=len(runs.predictions))
 
 
 def _full(table: FodTable) -> Claim:
     full = full_contraction(table, ENCODER_MM / table.span)
-    return stated(
+    return state(
         "S6",
         full,
         count=1e3 * ENCODER_MM,
@@ -127,14 +127,14 @@ def smoothing(runs: KilnRuns) -> Drawn:
     line(axes[1, 0], t, smooth.values, BLUE, "smoothed", linewidth=0.8)
     finish(axes[0, 0], "(a) as measured", "", HOT)
     finish(axes[1, 0], "(b) smoothed", y=HOT)
-    return captioned("5.5", figure, smooth=smooth)
+    return caption("5.5", figure, smooth=smooth)
 
 
 def loop(runs: KilnRuns) -> Drawn:
     example = first_cycle(runs.heated.curves)
     t, x = example["t"], example["position"]
     smooth = without_spikes(t, example["thermocouple"]).values
-    profile = cleaned(example)
+    profile = clean(example)
     u, mean = window_means(profile.temperature, profile.position, len(t), AVERAGED)
     rising = int(np.argmax(u))
     middle = float(np.interp(0.5 * mean.max(), mean[: rising + 1], u[: rising + 1]))
@@ -148,7 +148,7 @@ def loop(runs: KilnRuns) -> Drawn:
     finish(axes[0, 0], "(a) whole loop", HOT, SHORT, legend=True)
     finish(axes[0, 1], "(b) zoom: heating", HOT, SHORT)
     axes[0, 1].set(xlim=near, ylim=(float(x[inside].min()) - 0.1, float(x[inside].max()) + 0.1))
-    return captioned("5.6", figure, window=AVERAGED, points=len(u), samples=len(t))
+    return caption("5.6", figure, window=AVERAGED, points=len(u), samples=len(t))
 
 
 def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
@@ -169,7 +169,7 @@ def curves(runs: KilnRuns) -> Drawn:
     ax.axvline(full, color=RED, linewidth=0.9, linestyle=":")
     ax.lines[-1].set_label(f"full contraction, {full:.1f} degC")
     finish(ax, "", HOT, SHORT, legend=True)
-    return captioned("5.7", figure, curves=len(curves))
+    return caption("5.7", figure, curves=len(curves))
 
 
 def _three_d(figure: Figure, ax: Any) -> None:
@@ -194,7 +194,7 @@ def surface(runs: KilnRuns) -> Drawn:
         top, np.minimum(low, top), flat, cmap="viridis", rcount=26, ccount=51, linewidth=0.2
     )
     _three_d(figure, axes[0, 0])
-    return captioned("5.8", figure, table=table)
+    return caption("5.8", figure, table=table)
 
 
 def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> None:
@@ -214,10 +214,10 @@ def comparison(runs: KilnRuns) -> Drawn:
     for k, p in enumerate(predictions):
         _pair(axes[k], p, "abcdefgh"[2 * k : 2 * k + 2], f"profile {k + 1}", k == 0)
     shares = " and ".join(f"{100.0 * p.share:.2f} %" for p in predictions)
-    return captioned("5.9", figure, shares=shares)
+    return caption("5.9", figure, shares=shares)
 
 
-def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
+def _choose_curves(table: FodTable) -> list[tuple[Array, Array]]:
     """Raw curves whose maxima divide the stroke most evenly, lowest first."""
     curves = sorted(table.raw, key=lambda c: float(c[1][0]))
     starts = np.array([f[0] for _, f in curves])
@@ -228,7 +228,7 @@ def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
 
 def examples(runs: KilnRuns) -> Drawn:
     table = runs.table
-    chosen = _chosen(table)
+    chosen = _choose_curves(table)
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
     _rising(ax, table, "rising branch", linestyle="--")
@@ -237,7 +237,7 @@ def examples(runs: KilnRuns) -> Drawn:
         inputs = np.linspace(u[0], u[-1], 200)
         ax.plot(inputs, table.curve(float(u[0]), inputs), color=color, linewidth=0.9)
     finish(ax, "", HOT, SHORT, legend=True)
-    return captioned("D.5", figure, chosen=len(chosen), curves=len(table.raw))
+    return caption("D.5", figure, chosen=len(chosen), curves=len(table.raw))
 
 
 def points(runs: KilnRuns) -> Drawn:
@@ -248,7 +248,7 @@ def points(runs: KilnRuns) -> Drawn:
     f = np.concatenate([f for _, f in table.raw])
     axes[0, 0].scatter(top, low, f, c=f, cmap="viridis", s=3.0, depthshade=False)
     _three_d(figure, axes[0, 0])
-    return captioned("D.6", figure, points=len(f))
+    return caption("D.6", figure, points=len(f))
 
 
 def another(runs: KilnRuns) -> Drawn:
@@ -261,8 +261,8 @@ def another(runs: KilnRuns) -> Drawn:
     error = 1e3 * (p.model - p.profile.position)
     line(axes[1, 1], p.profile.t, error, BLACK, "model - measured", linewidth=0.6)
     finish(axes[1, 1], f"(d) profile {k + 1}", y="model - measured [um]")
-    return captioned("D.7", figure, error=100.0 * p.share)
+    return caption("D.7", figure, error=100.0 * p.share)
 
 
 def collect(lab: Lab) -> KilnRuns:
-    return identified(kiln_runs.collect(lab.kiln(), lab.seed))
+    return identify(kiln_runs.collect(lab.kiln(), lab.seed))

@@ -109,7 +109,7 @@ def _rollout(
     return s, c, n
 
 
-def _checked(turns: Sequence[float], ambient: float) -> Array:
+def _check_turns(turns: Sequence[float], ambient: float) -> Array:
     """The turning temperatures as an array; InputError where they do not alternate."""
     t = np.asarray(turns, dtype=np.float64)
     accepted = f"temperatures up and down in turn, the first and all lows above {ambient} degC"
@@ -134,7 +134,7 @@ def run(plant: Kiln, turns: Sequence[float], seed: int = 0, dt: float = KILN_PER
     """
     if isinstance(plant, Fixture):
         return _on_rig(plant, turns, seed)
-    points = _checked(turns, plant.oven.ambient)
+    points = _check_turns(turns, plant.oven.ambient)
     p = Thermostat(points, max(round(CONFIRM_S / dt), 1))
     s, c, tick = kiln_bench.initial(plant), ThermostatState(0, 0), 0
     random = noise_source(seed)
@@ -160,7 +160,7 @@ def _on_rig(rig: Fixture, turns: Sequence[float], seed: int) -> Recording:
     Missing readings switch the heater off, and end the run after 6 s.
     """
     rig.need("the kiln's procedure", "thermocouple", "encoder")
-    p = Thermostat(_checked(turns, -273.15), max(round(CONFIRM_S / rig.dt), 1))
+    p = Thermostat(_check_turns(turns, -273.15), max(round(CONFIRM_S / rig.dt), 1))
     c, silent, k = ThermostatState(0, 0), 0, 0
     rows = []
     with rig.open(seed) as session:
@@ -206,7 +206,7 @@ def coldest(plant: Kiln, seed: int = 0) -> float:
     """
     if not isinstance(plant, Fixture):
         return max(COLD, float(plant.oven.ambient) + COOLED)
-    room = _shown(plant, seed)
+    room = _ambient_reading(plant, seed)
     if not room <= HOTTEST - COOLED:
         found = f"it reads {room:.1f} degC before the kiln is heated"
         remedy = f"Let it cool to {HOTTEST - COOLED:g} degC or less, or check the thermocouple."
@@ -214,7 +214,7 @@ def coldest(plant: Kiln, seed: int = 0) -> float:
     return max(COLD, room + COOLED)
 
 
-def _shown(rig: Fixture, seed: int) -> float:
+def _ambient_reading(rig: Fixture, seed: int) -> float:
     """Reading [degC] of an unheated kiln's thermocouple, without spikes."""
     shown = []
     with rig.open(seed) as session:

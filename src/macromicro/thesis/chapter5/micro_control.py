@@ -26,8 +26,8 @@ from macromicro.recording import Recording
 from macromicro.runs import sequence
 from macromicro.thesis.chapter5 import micro_runs
 from macromicro.thesis.chapter5.micro_runs import MicroRuns, Swing
-from macromicro.thesis.claims import Claim, accepts, band, judged, reached, stated, whole
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import Claim, accepts, band, judge, judge_time, state, whole
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def _three(laws: Laws) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
 def windup(runs: MicroRuns) -> Drawn:
     figure, (work, integral, _) = _three([(runs.pi, BLUE, "PI, Ki 2.25")])
     fall = sequence.TIMES[2]
-    saturated = _saturated(runs.pi, fall)
+    saturated = _saturated_spans(runs.pi, fall)
     for ax in (work, integral):
         for begin, end in saturated:
             ax.axvspan(begin, end, color=ORANGE, alpha=0.25, linewidth=0)
@@ -69,10 +69,10 @@ def windup(runs: MicroRuns) -> Drawn:
     arrow = {"arrowstyle": "-", "linewidth": 0.6}
     note(integral, f"falls {low:.2f} V too far", there, (30, 14), arrowprops=arrow)
     left = abs(micro_runs.error_after(runs.pi, fall))
-    return captioned("5.23", figure, left=left)
+    return caption("5.23", figure, left=left)
 
 
-def _saturated(recording: Recording, since: float) -> list[tuple[float, float]]:
+def _saturated_spans(recording: Recording, since: float) -> list[tuple[float, float]]:
     """Spans of at least 20 ms with CTRL at 0 V, from `since` [s] on."""
     low = np.r_[False, recording["ctrl"][:-1] <= 0.0, False]
     begin, end = np.flatnonzero(~low[:-1] & low[1:]), np.flatnonzero(low[:-1] & ~low[1:])
@@ -92,7 +92,7 @@ def anti_windup(runs: MicroRuns) -> Drawn:
         for (k, r), c in zip(sorted(runs.gentle.items()), colours, strict=True)
     ]
     figure, _ = _three(laws)
-    return captioned("5.25", figure)
+    return caption("5.25", figure)
 
 
 def final(runs: MicroRuns) -> Drawn:
@@ -111,7 +111,7 @@ def final(runs: MicroRuns) -> Drawn:
     finish(near, "(b) zoom", y="[um]", legend=True)
     _settling(axes[1, 0], runs)
     _holds(axes[1, 1], runs)
-    return captioned("5.27", figure, holds=len(runs.held) * len(micro_runs.HOLDS))
+    return caption("5.27", figure, holds=len(runs.held) * len(micro_runs.HOLDS))
 
 
 def _settling(ax: Axes, runs: MicroRuns) -> None:
@@ -224,7 +224,7 @@ def stop(runs: MicroRuns) -> Drawn:
     foot.axvline(1.3, color="0.4", linestyle=":", linewidth=1.0)
     finish(foot, "(b) where it begins, in 60 s", "CTRL [V]", "highest position [um]")
     foot.margins(x=0.03)
-    return captioned("5.10 (stop)", figure)
+    return caption("5.10 (stop)", figure)
 
 
 def effort(runs: MicroRuns) -> Drawn:
@@ -242,7 +242,7 @@ def effort(runs: MicroRuns) -> Drawn:
     ripple.set_ylim(bottom=0.0)
     finish(ripple, "(c) ripple [V]", "Kp [V/mm]")
     ripple.margins(x=0.06)
-    return captioned("5.19", figure)
+    return caption("5.19", figure)
 
 
 def _swings(runs: MicroRuns) -> dict[float, Swing]:
@@ -267,7 +267,7 @@ def proportional(runs: MicroRuns) -> Drawn:
     key(left)
     finish(left, "(b) error and overshoot [um]", "Kp [V/mm]")
     left.margins(x=0.04)
-    return captioned("5.20", figure, chosen=micro_runs.chosen_gain(swings))
+    return caption("5.20", figure, chosen=micro_runs.chosen_gain(swings))
 
 
 def integral(runs: MicroRuns) -> Drawn:
@@ -294,7 +294,7 @@ def integral(runs: MicroRuns) -> Drawn:
         if cut
         else ""
     )
-    return captioned(
+    return caption(
         "5.22", figure, chosen=micro_runs.chosen_integral_gain(runs.integral), stopped=stopped
     )
 
@@ -315,14 +315,14 @@ def held_back(runs: MicroRuns) -> Drawn:
     swing.set_ylim(bottom=0.0)
     finish(swing, "(c) late swing [V]", "Ki = Kaw")
     swing.margins(x=0.06)
-    return captioned("5.26", figure, chosen=unrest[30.0], larger=unrest[60.0])
+    return caption("5.26", figure, chosen=unrest[30.0], larger=unrest[60.0])
 
 
 LASER_NOISE_UM = 2.0
 
 
 def claims(runs: MicroRuns) -> list[Claim]:
-    return judged(
+    return judge(
         [
             ("S3", lambda: _stop(runs)),
             ("S4", lambda: _foot(runs)),
@@ -340,7 +340,7 @@ def _stop(runs: MicroRuns) -> Claim:
     below = max(place[v] for v in micro_runs.BELOW_STOP)
     good = accepts("S3", *above) and below < band("S3")[0]
     edge = ", ".join(f"{v:g} V {place[v]:.3f} mm" for v in micro_runs.AT_STOP)
-    return stated(
+    return state(
         "S3",
         float(np.mean(above)),
         good,
@@ -356,7 +356,7 @@ def _foot(runs: MicroRuns) -> Claim:
     first = micro_runs.first_response(runs.feet)
     still = max(1e3 * micro_runs.highest(r) for v, r in runs.feet.items() if v <= 1.3)
     good = accepts("S4", first) and still < 20.0
-    return stated("S4", first, good, still=still, first=first)
+    return state("S4", first, good, still=still, first=first)
 
 
 def grows(values: list[float], noise: float) -> bool:
@@ -373,7 +373,7 @@ def _proportional(runs: MicroRuns) -> Claim:
     ripple = [s.ripple for s in swings.values()]
     good = min(errors) > 20.0 and grows(over, LASER_NOISE_UM) and grows(ripple, 0.0)
     low, high = min(swings), max(swings)
-    return stated(
+    return state(
         "S11",
         micro_runs.chosen_gain(swings),
         good,
@@ -394,7 +394,7 @@ def _windup(runs: MicroRuns) -> Claim:
     plain, held = (abs(micro_runs.error_after(r, fall)) for r in (runs.pi, runs.antiwindup))
     low = micro_runs.undershoot(runs.pi, fall)
     home = [abs(micro_runs.error_after(r, sequence.TIMES[3])) for r in (runs.pi, runs.antiwindup)]
-    return stated(
+    return state(
         "S12",
         micro_runs.chosen_integral_gain(runs.integral),
         low > 0.02 and plain > 50.0 and plain > held,
@@ -421,8 +421,8 @@ def _times(runs: MicroRuns) -> list[Claim]:
     up, down = slice(0, 2), slice(2, 4)
     contract, extend = (float(np.mean(time[sequence.BAND_UM][rows])) for rows in (up, down))
     return [
-        stated("S13a", contract, reached("S13a", contract), times=said(up)),
-        stated("S13b", extend, reached("S13b", extend), times=said(down)),
+        state("S13a", contract, judge_time("S13a", contract), times=said(up)),
+        state("S13b", extend, judge_time("S13b", extend), times=said(down)),
     ]
 
 
@@ -430,7 +430,7 @@ def _accuracy(runs: MicroRuns) -> Claim:
     whole("the sequence of holds", *runs.held)
     worst = micro_runs.worst_hold(runs)
     count = len(runs.held) * len(micro_runs.HOLDS)
-    return stated("S13c", worst, count=count)
+    return state("S13c", worst, count=count)
 
 
 def collect(lab: Lab) -> MicroRuns:

@@ -20,7 +20,7 @@ from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.chapter6 import integrated_runs as integrated
 from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def part(recording: Recording, single: Programme, cycle: int) -> Part:
 def cycling(runs: IntegratedRuns, number: str) -> Drawn:
     fan = number == "6.5"
     recording = runs.cooled if fan else runs.warm
-    bias = integrated_runs.cycled(runs, recording)
+    bias = integrated_runs.cycle_bias(runs, recording)
     parts = [part(recording, runs.single, k) for k in (0, len(bias.cycles) - 1)]
     names = [f"cycle {k}" for k in (1, len(bias.cycles))]
     figure, axes = new(6.2, 2, 2)
@@ -91,9 +91,9 @@ def cycling(runs: IntegratedRuns, number: str) -> Drawn:
     back.legend(fontsize=7.5, loc="upper right", framealpha=0.85)
     _by_cycle(axes[1, 1], bias)
     if not fan:
-        return captioned(number, figure, window=1e3 * WINDOW_S)
+        return caption(number, figure, window=1e3 * WINDOW_S)
     first, last = bias.cycles[0], bias.cycles[-1]
-    return captioned(
+    return caption(
         number,
         figure,
         window=1e3 * WINDOW_S,
@@ -222,7 +222,7 @@ def response(runs: IntegratedRuns) -> Drawn:
     finish(axes[0, 1], "(b) zoom", "")
     finish(axes[1, 1], "(d) micro-stage, zoom")
     found = integrated.turns(r, runs.single)
-    return captioned("6.2", figure, moves=len(found), waited=found[0].waited)
+    return caption("6.2", figure, moves=len(found), waited=found[0].waited)
 
 
 def _on(ax: Axes) -> dict[str, object]:
@@ -283,7 +283,7 @@ def vibration(runs: IntegratedRuns) -> Drawn:
         finish(ax, title, "macro move")
         ax.margins(x=0.06)
     frequency = f" at {found[0].frequency_hz:.1f} Hz" if found else ""
-    return captioned(
+    return caption(
         "6.3",
         figure,
         frequency=frequency,
@@ -323,7 +323,7 @@ def squares(runs: IntegratedRuns) -> Drawn:
     finish(near, "(b) the last")
     time = integrated.cycle_time(runs)
     both = time.contraction + time.extension
-    return captioned(
+    return caption(
         "6.5 (squares)",
         figure,
         range=integrated.RANGE_MM,

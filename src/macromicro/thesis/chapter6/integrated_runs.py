@@ -28,9 +28,9 @@ from macromicro.thesis.claims import (
     NotMeasured,
     accepts,
     band,
-    judged,
-    reached,
-    stated,
+    judge,
+    judge_time,
+    state,
     whole,
 )
 
@@ -109,7 +109,7 @@ def vibrations(recording: Recording, single: Programme, settings: Settings) -> l
     return [v for m in first if (v := vibration(recording, m)) is not None]
 
 
-def extrapolated(recording: Recording, found: list[Vibration]) -> int:
+def count_extrapolated(recording: Recording, found: list[Vibration]) -> int:
     """Number of vibrations that decay to 2 um only after the laser's reset, by their envelope."""
     resets = recording["t"][np.flatnonzero(recording["laser_reset"])]
     over = [v.rest_s + _number(v.decay_s) for v in found]
@@ -128,7 +128,7 @@ class Bias(NamedTuple):
     worst: float  # final error by the laser in the last cycle [um]
 
 
-def cycled(runs: IntegratedRuns, recording: Recording) -> Bias:
+def cycle_bias(runs: IntegratedRuns, recording: Recording) -> Bias:
     done = _moves(runs, recording)
     each = per_cycle(done, extension(recording), len(runs.single.target))
     last = [m for m in done if m.stage == "micro"][-int(np.sum(runs.single.stage != MACRO)) :]
@@ -162,7 +162,7 @@ def _number(value: float | None) -> float:
 
 
 def claims(runs: IntegratedRuns) -> list[Claim]:
-    return judged(
+    return judge(
         [
             ("I1", lambda: _sequence(turns(runs.warm, runs.single))),
             ("I2", lambda: _vibration(runs)),
@@ -176,7 +176,7 @@ def claims(runs: IntegratedRuns) -> list[Claim]:
 def _sequence(found: list[Turn]) -> Claim:
     waits = [t.waited for t in found]
     good = accepts("I1", *waits) and all(abs(t.reset) < 2e-3 and t.quiet for t in found)
-    return stated(
+    return state(
         "I1",
         waits,
         good and len(found) > 0,
@@ -200,7 +200,7 @@ def _vibration(runs: IntegratedRuns) -> Claim:
     good = len(found) == expected and all(
         accepts("I2", a, t) for a, t in zip(size, decay, strict=True)
     )
-    return stated(
+    return state(
         "I2",
         [float(np.mean(size)), float(np.mean(decay))],
         good,
@@ -209,14 +209,14 @@ def _vibration(runs: IntegratedRuns) -> Claim:
         creep=1e3 * CREEP,
         size=_span(size),
         decay=_span(decay),
-        beyond=extrapolated(runs.warm, found),
+        beyond=count_extrapolated(runs.warm, found),
     )
 
 
 def _warming(runs: IntegratedRuns) -> Claim:
     recording = runs.warm
     whole("the ten cycles", recording)
-    bias = cycled(runs, recording)
+    bias = cycle_bias(runs, recording)
     first, last = bias.cycles[0], bias.cycles[-1]
     back = [_number(c.extension_s) for c in (first, last)]
     shown = [_number(c.bias_um) for c in (first, last)]
@@ -229,18 +229,18 @@ def _warming(runs: IntegratedRuns) -> Claim:
         "worst": bias.worst,
     }
     if last.true_bias_um is None:
-        return stated("I3", measured, good, wording="recording", **values)
+        return state("I3", measured, good, wording="recording", **values)
     left, true = _number(last.left_um), last.true_bias_um
     good = good and abs(shown[1] - left) < 0.5 * shown[1]
-    return stated("I3", measured, good, wording="truth", true=true, left=left, **values)
+    return state("I3", measured, good, wording="truth", true=true, left=left, **values)
 
 
 def _cooling(runs: IntegratedRuns) -> Claim:
     whole("the ten cycles with a fan", runs.cooled)
-    bias = cycled(runs, runs.cooled)
+    bias = cycle_bias(runs, runs.cooled)
     last = bias.cycles[-1]
     time = _number(last.extension_s)
-    return stated(
+    return state(
         "I4",
         time,
         accepts("I4", time) and bias.worst < 5.0,
@@ -254,6 +254,12 @@ def _bandwidth(runs: IntegratedRuns) -> Claim:
     whole("the squares with a fan", runs.square)
     time = cycle_time(runs)
     both = time.contraction + time.extension
-    return stated(
-        "I6", both, reached("I6", both), rate=1.0 / both, range=RANGE_MM, time=time, squares=SQUARES
+    return state(
+        "I6",
+        both,
+        judge_time("I6", both),
+        rate=1.0 / both,
+        range=RANGE_MM,
+        time=time,
+        squares=SQUARES,
     )

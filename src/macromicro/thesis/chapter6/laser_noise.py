@@ -15,8 +15,8 @@ from macromicro.lab.drive import by_laser, heated
 from macromicro.lab.machine import Machine
 from macromicro.recording import Recording
 from macromicro.thesis.chapter5 import _electrothermal_runs
-from macromicro.thesis.claims import Claim, accepts, band, judged, stated, within
-from macromicro.thesis.contents import captioned
+from macromicro.thesis.claims import Claim, accepts, band, judge, state, within
+from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
 
 if TYPE_CHECKING:
@@ -39,9 +39,7 @@ CALMER = PiAntiWindup(ki=1e4)
 PRINTED_UM = 2.0
 
 
-def controlled(
-    plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0
-) -> Recording:
+def control(plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0) -> Recording:
     return by_laser(plant, target, law, SETTLE_S + WINDOW_S, seed)
 
 
@@ -51,12 +49,12 @@ class LaserRuns(NamedTuple):
     calmer: list[Recording]  # the same with lower gains
 
 
-def recorded(machine: Machine, seed: int = 0) -> LaserRuns:
+def record(machine: Machine, seed: int = 0) -> LaserRuns:
     still = _electrothermal_runs.step(0.0, RECORDS * WINDOW_S)
 
     def held(law: PiAntiWindup) -> list[Recording]:
         return [
-            controlled(machine, x, law, seed + FIRST_SEED + k)
+            control(machine, x, law, seed + FIRST_SEED + k)
             for x in SET_POINTS
             for k in range(SEEDS)
         ]
@@ -81,12 +79,12 @@ def astray(recording: Recording) -> float:
 
 
 def claims(runs: LaserRuns) -> list[Claim]:
-    return judged([("I5", lambda: _rest(runs)), ("I7", lambda: _accuracy(runs))])
+    return judge([("I5", lambda: _rest(runs)), ("I7", lambda: _accuracy(runs))])
 
 
 def _rest(seen: LaserRuns) -> Claim:
     rest = [amplitude(part) for part in np.array_split(seen.rest["laser"], RECORDS)]
-    return stated(
+    return state(
         "I5",
         float(np.mean(rest)),
         within("I5", *rest),
@@ -101,7 +99,7 @@ def _accuracy(seen: LaserRuns) -> Claim:
     printed = [last_window(r) for r in seen.printed]
     off = max(astray(r) for r in seen.calmer)
     fails = sum(not accepts("I7", x) for x in printed)
-    return stated(
+    return state(
         "I7",
         max(calm),
         accepts("I7", max(calm), off),
@@ -120,7 +118,7 @@ def _accuracy(seen: LaserRuns) -> Claim:
 
 
 def collect(lab: Lab) -> LaserRuns:
-    return recorded(lab.bench(), lab.seed)
+    return record(lab.bench(), lab.seed)
 
 
 def draw(runs: LaserRuns) -> Drawn:
@@ -141,7 +139,7 @@ def draw(runs: LaserRuns) -> Drawn:
         finish(ax, f"{name} held at {target:g} mm", y="laser - target [um]", legend=True)
     parts = np.array_split(rest["laser"], RECORDS)
     _amplitudes(axes[1, 1], runs, [amplitude(part) for part in parts])
-    return captioned("6.6", figure, holds=len(runs.calmer), seconds=SETTLE_S + WINDOW_S)
+    return caption("6.6", figure, holds=len(runs.calmer), seconds=SETTLE_S + WINDOW_S)
 
 
 def _reading(ax: Axes, t: Array, values: Array, colour: str, label: str) -> None:

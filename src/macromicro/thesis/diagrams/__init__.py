@@ -40,7 +40,7 @@ class Parameters(NamedTuple):
 PARAMETERS = Parameters()
 
 
-def drawn(number: str, parameters: Parameters = PARAMETERS) -> Drawn:
+def draw(number: str, parameters: Parameters = PARAMETERS) -> Drawn:
     """The diagram with the thesis' number, such as "4.3"; KeyError for others."""
     title, caption = DIAGRAMS[number]["title"], DIAGRAMS[number]["caption"]
     template = (_FOLDER / f"{number}.svg").read_text(encoding="utf-8")

@@ -41,7 +41,7 @@ def free_parameters(settings: Settings) -> list[Free]:
     """
     found: dict[tuple[str, str], Free] = {}
     for bench, entry, own in _all(settings):
-        value = _spoken(entry.par, entry.value)
+        value = _describe(entry.par, entry.value)
         key = ("" if own is None else bench, entry.par.meaning)
         if key not in found:
             path = entry.path if own is None else f"{bench}: {entry.path}"
@@ -49,7 +49,7 @@ def free_parameters(settings: Settings) -> list[Free]:
     return list(found.values())
 
 
-def grouped(parameters: list[Free]) -> dict[str, list[Free]]:
+def group(parameters: list[Free]) -> dict[str, list[Free]]:
     return {group: [p for p in parameters if p.group == group] for group in GROUPS}
 
 
@@ -58,8 +58,8 @@ def _all(settings: Settings) -> Iterator[tuple[str, Entry, str | None]]:
     trees: list[tuple[str, Any, dict[str, str]]] = [
         ("two-stage bench", settings.bench, {}),
         ("two-stage bench", settings.sensors, {}),
-        ("kiln", kiln_bench.beside(settings.bench), kiln_bench.OWN_SOURCES),
-        ("cycle bench", cycle_bench.beside(settings.bench), cycle_bench.OWN_SOURCES),
+        ("kiln", kiln_bench.with_bench(settings.bench), kiln_bench.OWN_SOURCES),
+        ("cycle bench", cycle_bench.with_bench(settings.bench), cycle_bench.OWN_SOURCES),
     ]
     for bench, tree, own in trees:
         for entry in entries(tree):
@@ -68,7 +68,7 @@ def _all(settings: Settings) -> Iterator[tuple[str, Entry, str | None]]:
 
 def _free(path: str, entry: Entry, value: str, source: str) -> Free:
     count = len(entry.value) if isinstance(entry.value, tuple) else 1
-    claims = _named(source) if source.startswith(_TO) else ()
+    claims = _named_claims(source) if source.startswith(_TO) else ()
     return Free(path, entry.par.meaning, value, source, _group(source), claims, count)
 
 
@@ -82,7 +82,7 @@ def _group(source: str) -> str:
     return LITERATURE if "literature" in source else DERIVED
 
 
-def _named(source: str) -> tuple[str, ...]:
+def _named_claims(source: str) -> tuple[str, ...]:
     """Ids of claims in a source: "calibrated to S3-S5, I3" names S3, S4, S5 and I3."""
     found = []
     for letter, first, suffix, last in _CLAIMS.findall(source):
@@ -93,7 +93,7 @@ def _named(source: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _spoken(par: Par, value: Any) -> str:
+def _describe(par: Par, value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):

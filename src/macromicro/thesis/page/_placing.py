@@ -93,7 +93,7 @@ def _order(number: str) -> tuple[int, str, int, int, str]:
     return chapter, found[1], rank, int(found[2]), number
 
 
-def placed(
+def place(
     results: Sequence[Result], procedures: Sequence[Procedure], anchors: Anchors
 ) -> list[Chapter]:
     """`results` in their order, below the chapter of their procedure's first section."""

@@ -38,11 +38,11 @@ def numbers(value: float | Sequence[float | str] | str | None, most: int | None 
     return ", ".join(shown) + (f" and {left} more" if left else "")
 
 
-def printed(claim: Claim, most: int | None = None) -> str:
+def printed_text(claim: Claim, most: int | None = None) -> str:
     return numbers(claim.printed_text if claim.printed is None else claim.printed, most)
 
 
-def accepted(claim: Claim, most: int | None = None) -> str:
+def accepted_text(claim: Claim, most: int | None = None) -> str:
     """The acceptance band of each number, else a note that a rule decides."""
     if not claim.accept:
         return "by the rule" if claim.rule else NOTHING

@@ -35,7 +35,7 @@ def write(
 
     Figures and tables of an earlier reproduction are removed.
     """
-    with folder.staged(out, remove=_earlier(out)) as place:
+    with folder.staging(out, remove=_earlier(out)) as place:
         write_text(place / PAGE, page(results, procedures, about))
         write_text(place / JSON, as_json(results))
         write_text(place / CSV, as_csv(results), newline="")

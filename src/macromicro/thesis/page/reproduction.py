@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit
 from macromicro.drawing.files import PNG, SVG
-from macromicro.drawing.page import filled, uri
+from macromicro.drawing.page import fill, uri
 from macromicro.report.provenance import software
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
 from macromicro.thesis.errata import ERRATA, Erratum, evidence
 from macromicro.thesis.page import _counting, _free_parameters, claim_text
-from macromicro.thesis.page._placing import Anchors, Card, index, placed
+from macromicro.thesis.page._placing import Anchors, Card, index, place
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import Result, claims_of
 
@@ -53,7 +53,7 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     anchors = Anchors()
     for own in _OWN:
         anchors.take(own)
-    chapters = placed(results, procedures, anchors)
+    chapters = place(results, procedures, anchors)
     parts = [part for chapter in chapters for part in chapter.parts]
     cards = [
         c for p in parts for c in (*p.loose, *(card for panel in p.panels for card in panel.cards))
@@ -61,7 +61,7 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     order = {id(claim): k for k, claim in enumerate(claims_of(results))}
     claims = [c.claim for c in cards]
     parameters = _free_parameters.free_parameters(about.settings)
-    return filled(
+    return fill(
         TEMPLATE,
         about=about,
         chapters=chapters,
@@ -73,7 +73,7 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
         counts=_counting.counts(claims),
         asked=sum(len(p.ids) for p in procedures),
         kinds=_counting.by_kind(results),
-        parameters=_free_parameters.grouped(parameters),
+        parameters=_free_parameters.group(parameters),
         calibrated=_free_parameters.CALIBRATED,
         proofs=[_Proof(e, anchors.take(f"erratum-{e.number}"), evidence(e)) for e in ERRATA],
         provenance=_provenance(results, about),

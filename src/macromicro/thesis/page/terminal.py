@@ -91,9 +91,9 @@ def amiss(results: Sequence[Result]) -> list[str]:
 
 def summary(results: Sequence[Result]) -> list[str]:
     whole = _counting.counts([c for r in results for c in r.claims])
-    lines = [_counted(_several(whole.total, "claim"), whole)]
+    lines = [_count(_several(whole.total, "claim"), whole)]
     lines += [
-        f"  {_counted(f'{found.total} {kind}', found)}"
+        f"  {_count(f'{found.total} {kind}', found)}"
         for kind, _, found in _counting.by_kind(results)
         if found.total
     ]
@@ -108,7 +108,7 @@ def _several(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def _counted(what: str, found: _counting.Counts) -> str:
+def _count(what: str, found: _counting.Counts) -> str:
     return (
         f"{what}: {found.reproduced} reproduced, {found.differs} "
         f"{'differs' if found.differs == 1 else 'differ'}, {found.not_measured} not measured"
@@ -140,8 +140,8 @@ def _table(console: Console, results: Sequence[Result]) -> None:
     row([Text(name, style="bold") for name in _COLUMNS])
     for claim in claims:
         numbers = (
-            claim_text.printed(claim),
-            claim_text.accepted(claim),
+            claim_text.printed_text(claim),
+            claim_text.accepted_text(claim),
             claim_text.numbers(claim.measured),
             claim.unit,
         )
