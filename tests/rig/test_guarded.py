@@ -248,6 +248,23 @@ def test_an_illegal_output_trips_it_for_good_until_another_watch_is_taken_on(
     assert watched.temperature != guard.temperature(LIMITS.limits, warm)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.usefixtures("interpreted")
+def test_a_rig_with_its_own_loop_gets_each_order_until_a_fault(kind: type[Guarded]) -> None:
+    """And says what it has put out, which is not what was written."""
+    inside = counting()
+    orders: list[Command] = []
+    inside.aim, inside.put_out = orders.append, Outputs(0.5, 1.25, 1.0, 0.0)
+    watched = kind(inside, LIMITS, 1e-3)
+    order = Command(6.0, 1.0, 1.7, 0.0, 1.6)
+    watched.expect(order)
+    watched.write(SAFE._replace(motor=1.0))
+    assert orders == [order] and watched.given == inside.put_out
+    watched.expect(order)
+    watched.write(SAFE._replace(motor=99.0))
+    assert watched.tripped and orders == [order] and watched.given == SAFE
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_the_compiled_guard_gives_the_bits_of_the_guard(seed: int) -> None:
     the_same_bits(seed, 4000)

@@ -5,6 +5,7 @@ import inspect
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -107,6 +108,13 @@ def test_the_tests_of_every_strict_file_are_known(beside):
     assert not missing
 
 
+def test_the_table_of_tests_names_sources_and_tests_that_exist(beside):
+    listed = tomllib.loads((TOOL / "beside.toml").read_text("utf-8"))
+    named = [beside.PACKAGE / name for name in (*listed, *beside.STRICT)]
+    named += [beside.TESTS / name for names in listed.values() for name in names]
+    assert [path for path in named if not path.exists()] == []
+
+
 @pytest.mark.slow
 def test_listed_equivalent_mutants_exist(beside, operators):
     """An entry that no longer fits the source would hide nothing, and should go."""
@@ -148,6 +156,19 @@ def test_a_forked_process_is_judged_by_how_it_ends(running):
     assert running.forked(lambda: False, 60.0) == running.KILLED
     assert running.forked(lambda: bool(1 / 0), 60.0) == running.KILLED
     assert running.forked(lambda: not time.sleep(60.0), 0.1) == running.TIMED_OUT
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("FAILED rig/test_a.py::test_b - assert 1 == 2", "rig/test_a.py::test_b"),
+        ("FAILED rig/test_a.py::test_b[0.0-the one silent] - E", "rig/test_a.py::test_b"),
+        ("ERROR rig/test_a.py - SyntaxError", ""),
+    ],
+)
+def test_the_test_that_noticed_a_mutant_can_be_run_by_its_name(running, line, name):
+    """A name cut within its parameters is not found, and each further mutant passes for killed."""
+    assert running.failed_test(f"1 failed\n{line}\n") == name
 
 
 @pytest.mark.parametrize(

@@ -62,8 +62,7 @@ class Bench:
                 outcome = self._run(source, mutant.text, [self._killer], limit, cache)
             if outcome == SURVIVED:
                 outcome = self._run(source, mutant.text, tests, limit, cache)
-                failed = re.search(r"^FAILED (\S+)", self._output(), re.MULTILINE)
-                self._killer = failed[1] if failed else ""
+                self._killer = failed_test(self._output())
             return outcome
         finally:
             shutil.rmtree(self._folder / "mutated", ignore_errors=True)
@@ -104,6 +103,16 @@ class Bench:
 
         keep_kernels(kernels)
         return pytest.main([*_OPTIONS, *map(str, tests)]) == pytest.ExitCode.OK
+
+
+def failed_test(output: str) -> str:
+    """The test function that failed first, "" if none did.
+
+    Without the parameters in its name, which may hold spaces: pytest does not find a test by half
+    a name, and that would look like a test that failed.
+    """
+    failed = re.search(r"^FAILED ([^\s\[]+)", output, re.MULTILINE)
+    return failed[1] if failed else ""
 
 
 def new_machine_code(text: str, mutant: Mutant) -> bool:

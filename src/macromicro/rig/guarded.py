@@ -237,8 +237,7 @@ class CompiledGuarded(Guarded):
     @watch.setter
     def watch(self, watch: Watch) -> None:
         self._fault = watch.fault
-        # The coroutine refers to the arrays inside, and does not own them.
-        self._start = watch
+        # The coroutine refers to the arrays of this object, and does not own them.
         self._guard = compiled(_guard)(
             self._limits, watch, self._asked, self._answer, self._state, self._dt
         )

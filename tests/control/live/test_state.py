@@ -9,7 +9,8 @@ import pytest
 
 from macromicro.control.live import edges, state
 from macromicro.control.live import messages as m
-from macromicro.control.live.state import NOWHERE, REST, Drive, Frame, LiveState, Seen
+from macromicro.control.live.parameters import prepare
+from macromicro.control.live.state import NOWHERE, REST, Drive, Frame, LiveState, Seen, Targets
 from macromicro.control.live.survey import Survey
 
 from .bench import PITCH, Machine, homed
@@ -115,3 +116,34 @@ def test_it_is_busy_while_a_motion_is_under_way() -> None:
     assert not state.busy(machine.s)
     machine.ask(m.MoveMicro(1e-3))
     assert state.busy(machine.s)
+
+
+@pytest.mark.parametrize("mode", [m.READY, m.MOVING_MACRO, m.HOLDING])
+def test_the_target_is_that_of_the_whole_positioner(mode: int) -> None:
+    """A move of the micro-stage leaves the carriage where it is."""
+    for given, whole in (
+        (Targets(0.25, 7.0, 1e-3), 0.25),
+        (Targets(micro=1e-3), 100 * PITCH + 1e-3),
+    ):
+        s = placed(target=given, mode=mode)
+        assert state.target(P, s) == state.goal(P, s) == NEAR(whole, abs=1e-12)
+    carriage = prepare(stages=(m.MACRO,))
+    s = placed(target=Targets(macro=7.0), mode=mode)
+    assert state.target(carriage, s) == NEAR(7 * PITCH, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mode", "goal"),
+    [
+        (m.MOVING_MICRO, 100 * PITCH + 1.5e-3),
+        (m.HOLDING, 100 * PITCH + 1.5e-3),
+        (m.MOVING_MACRO, 110 * PITCH),
+        (m.SETTLING, 110 * PITCH),
+        (m.READY, math.nan),
+    ],
+)
+def test_without_a_target_it_goes_to_its_set_point(mode: int, goal: float) -> None:
+    drive = MACHINE.s.drive._replace(macro_reference=70.0, micro_reference=1.5e-3)
+    s = placed(mode=mode, drive=drive, target=NOWHERE)
+    assert math.isnan(state.target(P, s))
+    assert state.goal(P, s) == NEAR(goal, abs=1e-12, nan_ok=True)

@@ -105,8 +105,8 @@ class Jogged(NamedTuple):
     speed: float  # speed of the reference at present, in the same unit
     held_back: float  # for how long the carriage has held the reference back, s
     settle: Settle  # the micro-stage's arrival at its limit
-    hold: float = 0.0  # for how long it goes on unless it is renewed, s; 0: without end
-    renewed: float = NAN  # when it was, s
+    hold: float  # for how long it goes on unless it is renewed, s; 0: without end
+    renewed: float  # when it was, s
 
 
 class Followed(NamedTuple):
@@ -115,8 +115,8 @@ class Followed(NamedTuple):
     hold: float  # longest time without one, s
     heard: float  # when the last one came, s
     place: float = NAN  # the last one, m of the homed frame; NaN: none yet
-    speed: float = 0.0  # m/s
-    since: float = 0.0  # when the set point was there, s
+    speed: float = NAN  # m/s
+    since: float = NAN  # when the set point was there, s
     track: Any = None  # `tracking.Track`: the way of the stage's set point
     points: int = 0
     clipped: int = 0  # how many of them were beyond the soft limits
