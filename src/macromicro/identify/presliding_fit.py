@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _moved_mass, clusters
+from macromicro.identify import _moved_mass
 from macromicro.identify._disturbances import Ripple
 from macromicro.identify._moved_mass import Model, locate
 from macromicro.identify._moved_mass import pieces as cut
@@ -163,11 +163,8 @@ def _rigid(runs: list[Run], **options: Any) -> DriveFit:
 def _errors_of(found: Candidate) -> tuple[Array, Array, Ripple | None]:
     """Standard errors (NaN at a bound), coverage factors and the force that repeats."""
     kind, end = found
-    free = ~end.bound
-    edges = _moved_mass.edges(end.pieces)
-    spread = clusters.spread(end.slopes[:, free], end.residual, edges)
     model = kind.model(end.values)
-    seen = _moved_mass.Found(end, _moved_mass.widen(spread, free))
+    seen = _moved_mass.Found(end, _moved_mass.spread(end, _moved_mass.edges(end.pieces)))
     repeats = _moved_mass.find_ripple(end, kind.simulated, Axis(model.mass, model.viscous))
     if repeats is not None:
         seen = _moved_mass.under(seen, kind.simulated, repeats)
