@@ -29,7 +29,7 @@ from macromicro.identify.axis_inverse import (
 )
 from macromicro.identify.engine import Judged, turn
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.records import fit_percent, flag_saturation
+from macromicro.identify.records import fit_percent, flag_saturation, rms
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.sprung_fit import FIT, Load, SprungFit, conclude
 from macromicro.models.mass import Axis, late, motion, simulate
@@ -110,7 +110,7 @@ class DriveFit:
     @property
     def rms(self) -> float:
         """RMS error of the free run over all records, in the unit of x."""
-        return _size(self.residuals)
+        return rms(self.residuals)
 
     @property
     def fit(self) -> float:
@@ -310,11 +310,6 @@ def _free_runs(
     return starts, tuple(free)
 
 
-def _size(parts: Sequence[Array]) -> float:
-    """RMS of all values of several arrays."""
-    return math.sqrt(sum(float(p @ p) for p in parts) / sum(map(len, parts)))
-
-
 def _refine(fit: SprungFit, runs: list[Run]) -> Estimate:
     percent = 100.0 - fit_percent([r.x for r in runs], fit.free_run)
     return Estimate(
@@ -393,7 +388,7 @@ def _held_out(records: list[Run], model: Model, begin: Axis, lead: int) -> float
     missed = [
         r.x - motion(axis, r.u, r.dt, *_moved_mass.initial_state(r, model, axis))[0] for r in test
     ]
-    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+    return rms(missed)
 
 
 def split(records: list[Run]) -> tuple[list[Run], list[Run]]:

@@ -31,6 +31,7 @@ from macromicro.identify.engine import (
 )
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import LUGRE, Presliding, simulate, simulate_pieces
+from macromicro.identify.records import rms
 from macromicro.identify.runs import Run
 from macromicro.identify.search import central
 from macromicro.models.mass import Axis
@@ -141,7 +142,7 @@ def presliding_drive(
         found.scores,
         found.reasons,
         kind.words,
-        float(np.sqrt(np.mean(np.concatenate(errors) ** 2))),
+        rms(errors),
         tuple(free),
         tuple(errors),
         float(gain),
