@@ -63,7 +63,6 @@ ELASTIC = presliding.Presliding(
     stribeck_speed=0.01,
     stiffness=5e4,
     settling=4e-3,
-    shares=np.empty(0),
     levels=np.array([5.0]),
     low=-1.0,
     high=1.0,
@@ -281,13 +280,13 @@ def elastic(kind: str, seed: int) -> Estimates:
 def elastic_cogged(u: Array, random: np.random.Generator, size: float) -> Array:
     """Positions under a force of this size that repeats every 50 to 80 mm."""
     turn, phase = 2.0 * math.pi / random.uniform(0.05, 0.08), random.uniform(0.0, 2.0 * math.pi)
-    x, place, v, bristle = np.empty(len(u)), 0.0, 0.0, np.zeros(1)
+    x, place, v = np.empty(len(u)), 0.0, 0.0
     move = compiled(presliding.step)
-    compiled(presliding.begin)(ELASTIC, bristle, place, v, float(u[0]) - ELASTIC.offset)
+    bristle = compiled(presliding.begin)(ELASTIC, place, v, float(u[0]) - ELASTIC.offset)
     for k in range(len(u)):
         x[k] = place
         pull = float(u[k]) + size * math.sin(turn * place + phase) - ELASTIC.offset
-        v, gone = move(ELASTIC, bristle, place, v, pull, DT)
+        v, gone, bristle = move(ELASTIC, bristle, place, v, pull, DT)
         place += gone
     return x
 

@@ -16,7 +16,6 @@ STAGE = Presliding(
     stribeck_speed=0.01,
     stiffness=5e4,
     settling=4e-3,
-    shares=np.empty(0),
     levels=np.array([5.0]),
     low=-1.0,
     high=1.0,

@@ -38,19 +38,17 @@ def test_an_input_acts_late_by_samples_and_rests_at_its_first_value() -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        {"holdout": 0.05}, {"holdout": 0.7}, {"delay": 0}, {"delay": 1000}, {"delay": np.int64(3)},
+        {"delay": 0}, {"delay": 1000}, {"delay": np.int64(3)},
         {"gain": -1.0}, {"structure": "auto"}, {"structure": "full"},
     ],
 )  # fmt: skip
 def test_what_is_at_the_edge_is_accepted(options: dict[str, Any]) -> None:
-    _check(**{"gain": 1.0, "structure": "auto", "holdout": 0.3, "delay": 0, **options})
+    _check(**{"gain": 1.0, "structure": "auto", "delay": 0, **options})
 
 
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        ({"holdout": 0.049}, "0.05 to 0.7"),
-        ({"holdout": 0.701}, "0.05 to 0.7"),
         ({"delay": -1}, "0 to 1000"),
         ({"delay": 1001}, "0 to 1000"),
         ({"delay": 1.0}, "0 to 1000"),
@@ -62,7 +60,7 @@ def test_what_is_at_the_edge_is_accepted(options: dict[str, Any]) -> None:
 )
 def test_what_is_beyond_is_refused(options: dict[str, Any], match: str) -> None:
     with pytest.raises(InputError, match=match):
-        _check(**{"gain": 1.0, "structure": "auto", "holdout": 0.3, "delay": 0, **options})
+        _check(**{"gain": 1.0, "structure": "auto", "delay": 0, **options})
 
 
 def test_one_record_or_lists_of_records() -> None:
@@ -92,20 +90,16 @@ def test_the_force_is_the_gain_times_what_actslate() -> None:
 
 
 @pytest.mark.parametrize(
-    ("n", "holdout", "count", "factor"),
+    ("n", "count", "factor"),
     [
-        (1200, 0.3, 1, 10),  # a thirtieth of what is held out would be 12
-        (800, 0.3, 1, 8),
-        (800, 0.5, 1, 10),
-        (800, 0.5, 2, 10),
-        (240, 0.3, 3, 8),  # of three records a whole one is held out
-        (240, 0.3, 2, 2),
+        (1200, 1, 10),  # a thirtieth of what is held out would be 12
+        (800, 1, 8),
+        (240, 3, 8),  # of three records a whole one is held out
+        (240, 2, 2),
     ],
 )
-def test_decimation_leaves_thirty_samples_to_judge_by(
-    n: int, holdout: float, count: int, factor: int
-) -> None:
-    assert {r.factor for r in rows([run(n)] * count, holdout=holdout)} == {factor}
+def test_decimation_leaves_thirty_samples_to_judge_by(n: int, count: int, factor: int) -> None:
+    assert {r.factor for r in rows([run(n)] * count)} == {factor}
 
 
 @pytest.mark.parametrize(("decimate", "fine"), [(1, True), (8, True), (0, False), (9, False),
@@ -146,14 +140,14 @@ def numbered(n: int) -> Rows:
 
 
 def test_one_or_two_records_are_judged_by_their_tails() -> None:
-    train, test = split([run(10), run(20)], 0.3)
+    train, test = split([run(10), run(20)])
     assert [len(r.x) for r in train] == [7, 14] and [len(r.x) for r in test] == [3, 6]
     for k in range(3):
         np.testing.assert_array_equal(np.concatenate([train[1][k], test[1][k]]), run(20)[k])
 
 
 def test_of_three_records_or_more_every_third_judges() -> None:
-    train, test = split([run(n) for n in range(10, 17)], 0.3)
+    train, test = split([run(n) for n in range(10, 17)])
     assert [len(r.x) for r in train] == [10, 11, 13, 14, 16]
     assert [len(r.x) for r in test] == [12, 15]
 
@@ -172,7 +166,7 @@ def test_a_fit_tells_its_free_run_and_its_errors() -> None:
     u = 9.0 * np.sin(3.0 * t) + 3.0 * np.sin(11.0 * t)
     noise = 1e-4 * np.random.default_rng(1).normal(size=3000)
     x = simulate(truth, 2.0 * late(u, 3), 2e-3) + noise
-    found = drive(t, u, x, gain=2.0, structure="coulomb", delay=3, holdout=0.25)
+    found = drive(t, u, x, gain=2.0, structure="coulomb", delay=3)
     np.testing.assert_allclose(found.axis[:4], truth[:4], rtol=0.02)
     assert (found.gain, found.delay, found.structure, found.holdout) == (2.0, 3, "coulomb", {})
     begun = found.starts[0]

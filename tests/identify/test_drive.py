@@ -215,7 +215,6 @@ def test_implausible_friction_is_said(emps: Any) -> None:
         ({"x": -1.0}, "x"),
         ({"structure": "rusty"}, "auto, viscous, coulomb"),
         ({"gain": 0.0}, "gain"),
-        ({"holdout": 0.99}, "holdout"),
         ({"delay": -1}, "delay"),
         ({"filtering": Filtering(cutoff=900.0)}, "500 Hz"),
         ({"filtering": Filtering(decimate=5000)}, "decimate"),

@@ -39,7 +39,6 @@ def of(fit, name: str) -> tuple[float, float]:
 @pytest.mark.slow
 def test_stiffness_and_level_are_found_where_the_record_shows_them() -> None:
     fit = presliding_drive(*seen(TRUE, force=0.05), along=1)
-    assert fit.friction == "lugre"
     for name, true in (
         ("mass", 2.0),
         ("viscous", 15.0),
@@ -72,15 +71,6 @@ def test_friction_along_the_travel_is_found_with_as_many_nodes_as_it_needs() -> 
 
 
 @pytest.mark.slow
-def test_maxwell_elements_foretell_what_is_held_out_better_than_rigid_friction() -> None:
-    p = TRUE._replace(shares=np.array([0.1, 0.2, 0.5, 0.2]))
-    fit = presliding_drive(*seen(p, force=0.02), friction="gms", along=1)
-    assert fit.model.shares.sum() == pytest.approx(1.0)
-    assert fit.judged[fit.taken] < 0.5 * fit.judged["rigid"]
-    assert of(fit, "stiffness")[0] == pytest.approx(5e4, rel=0.3)
-
-
-@pytest.mark.slow
 def test_a_record_of_rigid_friction_is_said_to_ask_for_no_other() -> None:
     from macromicro.identify import Axis
     from macromicro.identify import simulate as rigid
@@ -100,8 +90,6 @@ def test_a_record_of_rigid_friction_is_said_to_ask_for_no_other() -> None:
 
 def test_what_is_asked_is_checked_first() -> None:
     t, u, x = seen(TRUE, 400)
-    with pytest.raises(InputError, match=r"structure.*lugre, gms"):
-        presliding_drive(t, u, x, friction="dahl")
     for along in (0, 18):
         with pytest.raises(InputError, match=r"along.*1 to 17"):
             presliding_drive(t, u, x, along=along)
@@ -136,13 +124,13 @@ def test_where_rigid_friction_shows_no_level_one_is_fitted_all_the_same() -> Non
 def test_cogging_is_found_and_errors_are_those_of_a_harmonic() -> None:
     """25 mN every 60 mm: taken for noise, errors were told twice too wide."""
     t, u, axis = np.arange(8000) * DT, drive(8000), TRUE._replace(low=-1.0, high=1.0)
-    x, place, v, bristle = np.empty(8000), -0.2, 0.0, np.zeros(1)
+    x, place, v = np.empty(8000), -0.2, 0.0
     move = compiled(step)
-    compiled(begin)(axis, bristle, place, v, float(u[0]) - axis.offset)
+    bristle = compiled(begin)(axis, place, v, float(u[0]) - axis.offset)
     for k in range(8000):
         x[k] = place
         pull = float(u[k]) + 0.025 * np.sin(2.0 * np.pi / 0.06 * place) - axis.offset
-        v, gone = move(axis, bristle, place, v, pull, DT)
+        v, gone, bristle = move(axis, bristle, place, v, pull, DT)
         place += gone
     fit = presliding_drive(t, u, x, along=1)
     assert fit.repeats is not None

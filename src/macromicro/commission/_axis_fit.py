@@ -91,7 +91,7 @@ class Model(NamedTuple):
         return made._replace(
             axis=self.axis._replace(lag=made.limber.values["lag"]),
             names=tuple(self.names[k] for k in kept),
-            spread=_some(self.spread, kept),
+            spread=self.spread.some(np.array(kept)),
             hidden=self.hidden[np.ix_(kept, kept)],
         )
 
@@ -271,7 +271,7 @@ def fit_axis(
     covariance = np.einsum("k,ki,kj->ij", weights, values - middle, values - middle)
     for weight, (_, end) in zip(weights, every, strict=True):
         covariance += weight * _spread(end, prior).covariance[:count, :count]
-    own = _some(own, list(range(count)))._replace(covariance=covariance)
+    own = own.some(np.arange(count))._replace(covariance=covariance)
     shift, hidden = _left_out(middle, names, strokes.places, dt)
     middle = _possible(middle + shift, covariance + hidden, names, clusters.within(freedom), dt)
     stribeck, speed = (weights @ drops).tolist()
@@ -441,11 +441,6 @@ def _freedom(found: Fit, prior: Array) -> float:
     known = np.diag(_square(found) * prior[seen] / scale[seen] ** 2)
     used = np.trace(np.linalg.pinv(shown + known, hermitian=True) @ shown)
     return max(len(found.pieces.many) - 1.0 - float(used), 1.0)
-
-
-def _some(spread: Spread, kept: list[int]) -> Spread:
-    at = np.ix_(kept, kept)
-    return Spread(spread.covariance[at], spread.shares[:, at[0], at[1]])
 
 
 def _left_out(mean: Array, names: Sequence[str], places: Array, dt: float) -> tuple[Array, Array]:

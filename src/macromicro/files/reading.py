@@ -15,6 +15,7 @@ from macromicro.schema.text import printable
 
 WHAT = "a recording or other HDF5 file, text of columns, MAT, npz, Parquet, JSON or TDMS file"
 _HDF5, _MATLAB, _MATLAB_HDF5 = b"\x89HDF\r\n\x1a\n", b"MATLAB", b"MATLAB 7.3"
+_HDF5_NAMES = (".h5", ".hdf5")
 _PARQUET = b"PAR1"
 _TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm", ".asc", ".log", ".prn", ".data", ".xy", "")
 _JSON = (".json", ".jsonl", ".ndjson")
@@ -29,9 +30,9 @@ def is_forc(path: Path) -> bool:
 
 def read_table(path: Path) -> Table:
     begin, where, suffix = _begin(path), printable(path, 300), path.suffix.lower()
-    if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5") or begin.startswith(_MATLAB_HDF5):
-        if not begin.startswith(_MATLAB_HDF5) and is_recording(path):
-            return _recording(path, where)
+    if is_recording(path):
+        return _recording(path, where)
+    if begin.startswith((_HDF5, _MATLAB_HDF5)) or suffix in _HDF5_NAMES:
         kind = "hdf5"
     elif begin.startswith(_MATLAB) or suffix == ".mat":
         kind = "matlab"
@@ -57,6 +58,10 @@ def read_table(path: Path) -> Table:
 
 def is_recording(path: Path) -> bool:
     """Whether `Recording.load` handles a file; it says what is wrong with a damaged one."""
+    begin = _begin(path)
+    named = path.suffix.lower() in _HDF5_NAMES and not begin.startswith(_MATLAB_HDF5)
+    if not (begin.startswith(_HDF5) or named):
+        return False
     import h5py
 
     try:

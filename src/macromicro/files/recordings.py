@@ -25,7 +25,7 @@ _ODD = re.compile(r"[^A-Za-z0-9_]+")
 def recording(path: Path, columns: Sequence[str] = ()) -> Recording:
     """A recording of this package, or another file's columns over time as one."""
     # Names lose units and special characters; times become s.
-    if _is_recording(path):
+    if not path.is_file() or is_recording(path):  # `load` says what is wrong with no file
         return Recording.load(path)
     table = read_table(path)
     time = time_column(table)
@@ -72,15 +72,6 @@ def recording_names(table: Table) -> dict[str, str]:
         while names[name] in used:
             names[name], k = f"{stem}_{k}", k + 1
     return names
-
-
-def _is_recording(path: Path) -> bool:
-    """Whether `Recording.load` handles a file, or says that there is none."""
-    if not path.is_file():
-        return True
-    with path.open("rb") as file:
-        hdf5 = file.read(8).startswith(b"\x89HDF") or path.suffix.lower() in (".h5", ".hdf5")
-    return hdf5 and is_recording(path)
 
 
 def _numbers(table: Table, names: list[str]) -> tuple[dict[str, Array], list[str]]:

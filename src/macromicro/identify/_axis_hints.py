@@ -44,6 +44,7 @@ _LEAST = 40  # decimated samples in a block: its low-pass takes 20
 _POORER = {"coulomb": "viscous", "asymmetric": "coulomb", "stribeck": "coulomb", "full": "stribeck"}
 _TOO_POOR = "the motion does not determine its parameters"
 _NEGATIVE = "the mass or a friction is negative"
+_ADDED = ("asymmetry", "stribeck")  # to Coulomb friction, by richer structures
 ABOUT = "coulomb"  # the friction by which delays and limits are looked for
 LATEST = 1000  # samples
 _EARLY = 12  # samples by which delays are tried one by one, and by which a force may act early
@@ -93,6 +94,10 @@ def choose_structure(rows: list[Rows]) -> Judged:
             squares[name] = found
     if squares:
         judged = simplest(squares, reasons)
+        while len(squares) > 1 and (why := _unsure(rows, judged.structure)):
+            del squares[judged.structure]
+            reasons[judged.structure] = why
+            judged = simplest(squares, reasons)
         ordered = {n: judged.reasons[n] for n in STRUCTURES if n in judged.reasons}
         return judged._replace(reasons=ordered)
     if (
@@ -135,6 +140,15 @@ def _fit(rows: list[Rows], name: str) -> Estimate | str:
     except InputError:
         return _TOO_POOR
     return estimate if plausible(estimate) else _NEGATIVE
+
+
+def _unsure(rows: list[Rows], structure: str) -> str:
+    """Which added term is smaller than its error, though it lowers what is tiny anyway."""
+    found = fit_structure(rows, structure)
+    for name, value, error in zip(found.names, found.values, found.std, strict=True):
+        if name in _ADDED and error > abs(value):
+            return f"the error of its {name} exceeds the value"
+    return ""
 
 
 def _force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:

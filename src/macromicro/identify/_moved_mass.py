@@ -26,6 +26,7 @@ from macromicro.identify.engine import (
 )
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.runs import Run
+from macromicro.identify.search import solve_scaled
 from macromicro.kernel import compiled
 from macromicro.models.mass import Axis, late, restarted
 
@@ -227,7 +228,7 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     # not independent, unless noise of the output is all that is left. On a spring, and as a speed,
     # it is forgotten; the whole record then tells more than pieces whose starts are unknown.
     pieces_alone = len(parts.pieces.many) <= len(records)
-    found = Found(parts, _spread(parts, edges(parts.pieces)))
+    found = Found(parts, spread(parts, edges(parts.pieces)))
     quiet = _quiet(parts, records)
     forgets = _memory(model, parts) <= _FORGOTTEN * max(len(r.x) * r.dt for r in records)
     if not (quiet or forgets or pieces_alone):
@@ -241,7 +242,7 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
         whole = fit(model.simulated, space(model, records, begin), cut, parts.values)
     quiet = _quiet(whole, records)
     many = PIECES if quiet else max(_BLOCKS, len(records))
-    sure = Found(whole, _spread(whole, clusters.blocks(len(whole.residual), many)))
+    sure = Found(whole, spread(whole, clusters.blocks(len(whole.residual), many)))
     if forgets or pieces_alone:
         return sure
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -270,19 +271,10 @@ def _memory(model: Model, end: Fit) -> float:
     return (2.0 if axis.spring > 0.0 else 1.0) * axis.mass / drag if drag > 0.0 else math.inf
 
 
-def _spread(end: Fit, edges: npt.ArrayLike) -> Spread:
+def spread(end: Fit, edges: npt.ArrayLike) -> Spread:
     free = ~end.bound
-    return widen(clusters.spread(end.slopes[:, free], end.residual, edges), free)
-
-
-def widen(part: Spread, free: npt.NDArray[np.bool_]) -> Spread:
-    """The uncertainty of some of the parameters among all of them."""
-    made = clusters.unknown(len(free))
-    at = np.ix_(free, free)
-    made.covariance[at] = part.covariance
-    shares = np.zeros((len(part.shares), len(free), len(free)))
-    shares[:, at[0], at[1]] = part.shares
-    return Spread(made.covariance, shares)
+    found = clusters.spread(end.slopes[:, free], end.residual, edges)
+    return found.among(np.flatnonzero(free), len(free))
 
 
 def find_ripple(end: Fit, simulation: Simulated, axis: Axis) -> Ripple | None:
@@ -314,9 +306,7 @@ def under(found: Found, simulated: Simulated, repeats: Ripple) -> Found:
     """The errors with those by a force that repeats along the way, in any phase."""
     # All pieces share its phase, so their scatter tells less than it does. Its two quadratures move
     # the parameters by a and b, and a phase that may be any by (a a' + b b') / 2.
-    end, size = found.fit, np.linalg.norm(found.fit.slopes, axis=0)
-    size[size == 0.0] = 1.0
-    pieces = end.pieces
+    end, pieces = found.fit, found.fit.pieces
     rows = np.concatenate([
         np.arange(first, first + count)
         for first, count in zip(pieces.first, pieces.many, strict=True)
@@ -328,7 +318,7 @@ def under(found: Found, simulated: Simulated, repeats: Ripple) -> Found:
         force[rows] += repeats.at(pieces.y, turn)
         moved = simulated(end.values, pieces._replace(force=force)) - plain
         moved = without_starts(simulated, end, moved)
-        by = np.linalg.lstsq(end.slopes / size, moved, rcond=None)[0] / size
+        by = solve_scaled(end.slopes, moved)
         covariance += 0.5 * np.outer(by, by)
     return found._replace(spread=found.spread._replace(covariance=covariance))
 

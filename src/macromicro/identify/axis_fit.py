@@ -29,7 +29,7 @@ from macromicro.identify.axis_inverse import (
 )
 from macromicro.identify.engine import Judged, turn
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.records import fit_percent, flag_saturation
+from macromicro.identify.records import fit_percent, flag_saturation, rms
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.sprung_fit import FIT, Load, SprungFit, conclude
 from macromicro.models.mass import Axis, late, motion, simulate
@@ -38,6 +38,7 @@ _LEAST = 200
 _SHARE = 0.05  # of the time: an axis that goes back for less shows no friction in that direction
 _MANY = 3  # with so many records, whole ones are held out
 _BLOCKS = 12  # of a record whose last part shows what the rest does not
+_HELD = 0.3  # of each record, at its end: held out
 _LATER = 60  # samples by which a delay may be later than where its search begins
 _FLOOR = 1e-2  # of a negative mass or friction: where the search begins
 _REST = 0.02  # of the greatest speed
@@ -70,7 +71,6 @@ class Driven(NamedTuple):
     delay: int = 0  # samples by which u acts late
     eccentric: bool = False  # eccentric load under gravity
     filtering: Filtering = USUAL
-    holdout: float = 0.3  # part of each record that is held out
 
     def force(self, u: Array) -> Array:
         within = u if self.limit is None else np.clip(u, -self.limit, self.limit)
@@ -88,7 +88,7 @@ class DriveFit:
     #: RMS force error of each structure tried on data that it was not fitted to, in a typical
     #: block; empty when one was asked for
     holdout: dict[str, float]
-    #: position RMS of the free run over the last part of each record (of three or more: over every
+    #: position RMS of the free run over the last 30 % of each record (of three or more: over every
     #: third one) by the output-error fit to the rest
     holdout_rms: float
     #: position and speed at the start of each record, as its free run asks for
@@ -110,7 +110,7 @@ class DriveFit:
     @property
     def rms(self) -> float:
         """RMS error of the free run over all records, in the unit of x."""
-        return _size(self.residuals)
+        return rms(self.residuals)
 
     @property
     def fit(self) -> float:
@@ -146,7 +146,7 @@ class DriveFit:
         return simulate(self.axis, driven.force(np.asarray(u, np.float64)), dt, x, v)
 
 
-def drive(  # noqa: PLR0913 -- one parameter per option
+def drive(
     t: Any,
     u: Any,
     x: Any,
@@ -154,7 +154,6 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     gain: float = 1.0,
     structure: str = "auto",
     filtering: Filtering = USUAL,
-    holdout: float = 0.3,
     limit: float | None = None,
     delay: int | str = 0,
     eccentric: bool | None = False,
@@ -179,9 +178,6 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         least 2 % better, and by more than the blocks scatter.
     filtering : Filtering, optional
         Filter of the position and decimation.
-    holdout : float, optional
-        Last part of each record for judging the output error (of three records or more: every third
-        record).
     limit : float | None, optional
         Saturation of the drive: u is clipped to +-limit, with a warning.
     delay : int | str, optional
@@ -211,10 +207,10 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     >>> found.refined.values[:3].round(2)  # kg, N s/m, N
     array([ 1.2, 14. ,  3. ])
     """
-    _check(gain, structure, holdout, delay)
+    _check(gain, structure, delay)
     runs = runs_of(t, u, x)
     whole = 0 if isinstance(delay, str) else int(delay)
-    driven = Driven(gain, limit, whole, bool(eccentric), filtering, holdout)
+    driven = Driven(gain, limit, whole, bool(eccentric), filtering)
     as_sent = rows = rows_of(_parts(runs), driven)
     lag = error = 0.0
     if delay == FIT:
@@ -241,7 +237,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     model = load.model(judged.structure)
     lead = math.ceil(2.0 * lag / min(r.dt for r in kept)) + _LATER if delay == FIT else 0
     begin = _begin(model, inverse.axis._replace(lag=lag))
-    missed = _held_out(kept, holdout, model, begin, lead)
+    missed = _held_out(kept, model, begin, lead)
     ends = _moved_mass.fit_starts(kept, model, [begin], lead)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
@@ -314,11 +310,6 @@ def _free_runs(
     return starts, tuple(free)
 
 
-def _size(parts: Sequence[Array]) -> float:
-    """RMS of all values of several arrays."""
-    return math.sqrt(sum(float(p @ p) for p in parts) / sum(map(len, parts)))
-
-
 def _refine(fit: SprungFit, runs: list[Run]) -> Estimate:
     percent = 100.0 - fit_percent([r.x for r in runs], fit.free_run)
     return Estimate(
@@ -326,13 +317,11 @@ def _refine(fit: SprungFit, runs: list[Run]) -> Estimate:
     )
 
 
-def _check(gain: float, structure: str, holdout: float, delay: int | str) -> None:
+def _check(gain: float, structure: str, delay: int | str) -> None:
     if not (np.isfinite(gain) and gain != 0.0):
         raise InputError("gain", gain, "a finite number other than zero")
     if structure != "auto" and structure not in STRUCTURES:
         raise InputError("structure", structure, ", ".join(["auto", *STRUCTURES]))
-    if not 0.05 <= holdout <= 0.7:
-        raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
     whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _axis_hints.LATEST
     if delay != FIT and not whole:
         accepted = f'a whole number of samples from 0 to {_axis_hints.LATEST}, or "{FIT}"'
@@ -360,7 +349,7 @@ def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
         raise ProblemError("u", f"the input is constant at {runs[0].u[0]:g}", remedy)
     # The part held out must be longer than the low-pass of the decimation, 21 factors.
     filtering = driven.filtering
-    shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else driven.holdout)
+    shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else _HELD)
     most = int(shortest) // 30
     factor = min(10, most) if filtering.decimate is None else filtering.decimate
     if not isinstance(factor, int | np.integer) or not 1 <= factor <= most:
@@ -387,9 +376,9 @@ def start(run: Run, gain: float, delay: int) -> tuple[float, float]:
     return float(run.x[0]), v if moves else 0.0
 
 
-def _held_out(records: list[Run], holdout: float, model: Model, begin: Axis, lead: int) -> float:
+def _held_out(records: list[Run], model: Model, begin: Axis, lead: int) -> float:
     """RMS of free runs over parts of the records by a fit to the others."""
-    train, test = split(records, holdout)
+    train, test = split(records)
     if _directions(test) > _directions(train):
         blocks = [block for record in records for block in _blocks(record)]
         held = turn(np.arange(len(blocks))) == 0
@@ -399,15 +388,15 @@ def _held_out(records: list[Run], holdout: float, model: Model, begin: Axis, lea
     missed = [
         r.x - motion(axis, r.u, r.dt, *_moved_mass.initial_state(r, model, axis))[0] for r in test
     ]
-    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+    return rms(missed)
 
 
-def split(records: list[Run], holdout: float) -> tuple[list[Run], list[Run]]:
+def split(records: list[Run]) -> tuple[list[Run], list[Run]]:
     """Records to fit and records to judge by: tails, or every third of three or more."""
     if len(records) >= _MANY:
         kept = [r for i, r in enumerate(records) if i % _MANY != _MANY - 1]
         return kept, records[_MANY - 1 :: _MANY]
-    cuts = [round(len(r.x) * (1.0 - holdout)) for r in records]
+    cuts = [round(len(r.x) * (1.0 - _HELD)) for r in records]
     parts = list(zip(records, cuts, strict=True))
     return [r.part(0, at) for r, at in parts], [r.part(at, None) for r, at in parts]
 

@@ -29,7 +29,7 @@ from macromicro.identify import clusters
 from macromicro.identify._disturbances import Ripple
 from macromicro.identify.clusters import Spread
 from macromicro.identify.runs import Run
-from macromicro.identify.search import triangle
+from macromicro.identify.search import solve_scaled, triangle
 from macromicro.models.mass import Axis, late, simulate
 
 # Parameters of each structure, from the poorest to the richest.
@@ -98,10 +98,7 @@ class Estimate:
     @property
     def spread(self) -> Spread:
         """Covariance and what its factors follow from."""
-        shares = self.shares
-        if shares is None:  # any number of parts: normal errors
-            shares = np.zeros((1, *self.covariance.shape))
-        return Spread(self.covariance, shares)
+        return clusters.normal_spread(self.covariance, self.shares)
 
     def __str__(self) -> str:
         pairs = zip(self.names, self.values, self.std, strict=True)
@@ -480,8 +477,7 @@ def under(rows: list[Rows], found: Estimate, repeats: Ripple | None) -> Estimate
     names = linear(found.names)
     slopes = _slopes(rows, found, _instruments(rows, found, names))
     pair, _ = stack(rows, quadratures)
-    size = np.linalg.norm(slopes, axis=0)  # none is 0: the parameters were found by them
-    moved = np.linalg.lstsq(slopes / size, pair, rcond=None)[0] / size[:, None]
+    moved = solve_scaled(slopes, pair)
     covariance = np.asarray(found.covariance + 0.5 * (moved @ moved.T))
     return replace(found, covariance=covariance, repeats=repeats)
 
@@ -512,9 +508,7 @@ def _subtract_blur(rows: list[Rows], found: Estimate, names: tuple[str, ...]) ->
     guides, force = square[:, :-1], square[:, -1]
     if searched:
         guides = np.roll(guides, -1, axis=1)
-    sizes = np.linalg.norm(guides, axis=0)
-    sizes[sizes == 0.0] = 1.0
-    own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
+    own = solve_scaled(guides, force)
     held = np.zeros(len(own))
     held[len(names) :] = speed
     return subtract_bias(found, own + held)

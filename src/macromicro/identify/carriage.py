@@ -25,6 +25,7 @@ from macromicro.control.terminal.estimate import Belief
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import ProblemError
 from macromicro.identify import clusters
+from macromicro.identify.records import rms
 from macromicro.identify.search import halt, least_squares
 from macromicro.kernel import compiled, kernel
 
@@ -330,7 +331,7 @@ def _swing_share(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float,
         _together(rows, np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])),
     )
     error = [(math.sqrt(float(found.covariance[0, 0])), float(found.degrees()[0]))]
-    return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    return min(max(share, 0.0), 1.0), error, rms(left)
 
 
 def _share_effects(

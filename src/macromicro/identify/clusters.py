@@ -30,6 +30,9 @@ _BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing m
 _MIXED = 0.1  # of the largest weight in what nothing shows
 
 
+Index = npt.NDArray[np.intp]
+
+
 class Spread(NamedTuple):
     """Uncertainty of p parameters by k clusters."""
 
@@ -43,6 +46,19 @@ class Spread(NamedTuple):
         lost = (slopes[:, unknown] != 0.0).any(axis=1)
         made[lost, :] = made[:, lost] = np.nan
         return Spread(made, slopes @ self.shares @ slopes.T)
+
+    def some(self, kept: Index) -> Spread:
+        """Uncertainty of some of the parameters."""
+        at = np.ix_(kept, kept)
+        return Spread(self.covariance[at], self.shares[:, at[0], at[1]])
+
+    def among(self, places: Index, count: int) -> Spread:
+        """Uncertainty of these as some of more parameters; the others are unknown."""
+        made, at = unknown(count), np.ix_(places, places)
+        made.covariance[at] = self.covariance
+        shares = np.zeros((len(self.shares), count, count))
+        shares[:, at[0], at[1]] = self.shares
+        return made._replace(shares=shares)
 
     def degrees(self, slopes: Array | None = None) -> Array:
         """Degrees of freedom of functions of the parameters by their slopes (q, p)."""
@@ -110,6 +126,11 @@ def half_widths(found: Spread, slopes: Array, hidden: Array, degrees: float) -> 
     return np.asarray(factors(many)[1] * np.hypot(own, hidden))
 
 
+def normal_spread(covariance: Array, shares: Array | None = None) -> Spread:
+    """The uncertainty by a covariance; of normal errors where no clusters are known."""
+    return Spread(covariance, np.zeros((1, *covariance.shape)) if shares is None else shares)
+
+
 def unknown(count: int) -> Spread:
     return Spread(np.full((count, count), np.nan), np.zeros((1, count, count)))
 
@@ -150,12 +171,8 @@ def spread(
         np.stack([even[a:b].T @ residual[a:b] for a, b in parts]),
         None if prior is None else prior[np.ix_(seen, seen)] / np.outer(size[seen], size[seen]),
     )
-    whole = unknown(len(size))
-    own, at = np.outer(size[seen], size[seen]), np.ix_(seen, seen)
-    whole.covariance[at] = found.covariance / own
-    shares = np.zeros((len(parts), len(size), len(size)))
-    shares[:, at[0], at[1]] = found.shares / own
-    return whole._replace(shares=shares)
+    own = np.outer(size[seen], size[seen])
+    return Spread(found.covariance / own, found.shares / own).among(seen, len(size))
 
 
 def blocks(count: int, many: int) -> npt.NDArray[np.intp]:

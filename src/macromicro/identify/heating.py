@@ -24,13 +24,10 @@ AMBIENT = 25.0  # deg C
 
 # A temperature whose band is wider than this [K] says next to nothing.
 WIDEST_BAND = 6.0
+_POSITION = 0.006  # standard error of the reading and of the table, mm
+# The same of the thermometer that the table was made with, as it stands for the wires, K.
+_TEMPERATURE = 0.3
 _BLOCKS = 6  # parts of a step, even in log time, that errors are judged by
-
-
-class Doubt(NamedTuple):
-    position: float = 0.006  # error of the reading and of the table, mm
-    # error of the thermometer that the table was made with, as it stands for the wires, K
-    temperature: float = 0.3
 
 
 class Inferred(NamedTuple):
@@ -42,26 +39,22 @@ class Inferred(NamedTuple):
     slope: Array  # slope of the branch, mm/K: what a kelvin of error is worth in position
 
 
-def on_heating(table: FodTable, x: npt.ArrayLike, doubt: Doubt | None = None) -> Inferred:
+def on_heating(table: FodTable, x: npt.ArrayLike) -> Inferred:
     """Temperatures along the rising branch of the major loop; `x` in mm."""
     grid, rising, _ = table.major_loop
-    return _invert(grid, rising, table, x, doubt or Doubt())
+    return _invert(grid, rising, table, x)
 
 
-def on_cooling(
-    table: FodTable, x: npt.ArrayLike, peak: float, doubt: Doubt | None = None
-) -> Inferred:
+def on_cooling(table: FodTable, x: npt.ArrayLike, peak: float) -> Inferred:
     """Temperatures along the first-order curve from a peak (deg C); `x` in mm."""
     if not table.lo < peak:
         raise InputError("inference, peak", peak, f"a temperature above {table.lo:g} degC")
     top = min(peak, table.hi)
     grid = np.append(table.grid[table.grid < top], top)
-    return _invert(grid, table.curve(top, grid, "descending"), table, x, doubt or Doubt())
+    return _invert(grid, table.curve(top, grid, "descending"), table, x)
 
 
-def _invert(
-    grid: Array, branch: Array, table: FodTable, x: npt.ArrayLike, doubt: Doubt
-) -> Inferred:
+def _invert(grid: Array, branch: Array, table: FodTable, x: npt.ArrayLike) -> Inferred:
     """The inverse of a branch that rises with temperature; held at its ends."""
     place = np.asarray(x, dtype=np.float64)
     if table.span <= 0.0:
@@ -69,8 +62,6 @@ def _invert(
     if not np.isfinite(place).all():
         remedy = "Give finite numbers."
         raise ProblemError("inference, position", "the values are not finite", remedy)
-    if not (doubt.position >= 0.0 and doubt.temperature >= 0.0):
-        raise InputError("inference, doubt", tuple(doubt), "errors of at least 0")
     # Flat stretches have no inverse: of equal outputs the upper end is kept at the bottom
     # of the branch, the lower end elsewhere, so that saturation reads as its beginning.
     f = np.maximum.accumulate(branch)
@@ -81,8 +72,8 @@ def _invert(
         remedy = "Choose a branch on which the output changes."
         raise ProblemError("inference, branch", "the branch is flat", remedy)
     middle = np.interp(place, f, u)
-    reach = 2.0 * doubt.position
-    warmth = 2.0 * doubt.temperature
+    reach = 2.0 * _POSITION
+    warmth = 2.0 * _TEMPERATURE
     low = np.where(place - reach <= f[0], grid[0], np.interp(place - reach, f, u) - warmth)
     high = np.where(place + reach >= f[-1], grid[-1], np.interp(place + reach, f, u) + warmth)
     cell = np.clip(np.searchsorted(f, place, side="right") - 1, 0, len(u) - 2)
@@ -109,18 +100,14 @@ def average(trials: Sequence[Recording]) -> tuple[Array, Array]:
     return signal(trials[0]["t"], "t")[:n], x
 
 
-def inferred_step(
-    table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
-) -> StepRecord:
+def inferred_step(table: FodTable, trials: list[Recording], ambient: float) -> StepRecord:
     """Figure 5.10b: temperature rise during a step from full extension; `ambient` in deg C."""
-    return step_of(table, *average(trials), ambient, doubt)
+    return step_of(table, *average(trials), ambient)
 
 
-def step_of(
-    table: FodTable, t: Array, x: Array, ambient: float, doubt: Doubt | None = None
-) -> StepRecord:
+def step_of(table: FodTable, t: Array, x: Array, ambient: float) -> StepRecord:
     """The same of mean positions over time; `x` in mm."""
-    found = on_heating(table, x, doubt)
+    found = on_heating(table, x)
     width = found.high - found.low
     usable = (width <= WIDEST_BAND) & (found.slope > 0.0)
     return StepRecord(t, x, found.temperature - ambient, np.where(usable, 0.25 * width, np.inf))

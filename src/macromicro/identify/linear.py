@@ -136,10 +136,7 @@ class LinearFit:
     @property
     def spread(self) -> Spread:
         """Covariance and what its coverage factors follow from."""
-        count = len(self.covariance)
-        return Spread(
-            self.covariance, np.zeros((1, count, count)) if self.shares is None else self.shares
-        )
+        return clusters.normal_spread(self.covariance, self.shares)
 
     @property
     def _gain_slopes(self) -> Array:

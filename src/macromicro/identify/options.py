@@ -30,10 +30,10 @@ def _whole(text: str) -> int | str:
 class Drive(NamedTuple):
     gain: Annotated[float | None, Said("Force per unit of u, such as N/V.", "1")] = None
     structure: Annotated[
-        str, Said("auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms.")
+        str, Said("auto, viscous, coulomb, asymmetric, stribeck, full or lugre.")
     ] = "auto"
     along: Annotated[
-        int | None, Said("For lugre and gms: nodes of the friction along the travel.", "auto")
+        int | None, Said("For lugre: nodes of the friction along the travel.", "auto")
     ] = None
     limit: Annotated[float | None, Said("The drive saturates at +-LIMIT.")] = None
     delay: Annotated[

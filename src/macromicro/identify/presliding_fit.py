@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _moved_mass, clusters
+from macromicro.identify import _moved_mass
 from macromicro.identify._disturbances import Ripple
 from macromicro.identify._moved_mass import Model, locate
 from macromicro.identify._moved_mass import pieces as cut
@@ -30,12 +30,13 @@ from macromicro.identify.engine import (
     typical,
 )
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
-from macromicro.identify.presliding import FRICTIONS, REACHES, Presliding, simulate, simulate_pieces
+from macromicro.identify.presliding import LUGRE, Presliding, simulate, simulate_pieces
+from macromicro.identify.records import rms
 from macromicro.identify.runs import Run
 from macromicro.identify.search import central
 from macromicro.models.mass import Axis
 
-_ELASTIC = ("stiffness", "settling", "share")
+_ELASTIC = ("stiffness", "settling")
 _MOST, _PART = 30_000, 5000  # samples; of longer records evenly spread parts are fitted
 _RIGID = 2  # parts, of as many samples in all, by which the rigid axis is found
 RIGID = "rigid"
@@ -48,7 +49,6 @@ _REST = 0.02  # of the greatest speed: less is rest
 _GOES = 0.1  # of it: the axis slides
 _SLID = 0.02  # of the travel: so far from where it turned, friction is at its level
 _PIECES = 12
-_WIDE = 4.0  # of the logarithm of shares
 _SMALL = 0.01  # of the mean square of a typical piece: what less is, is no better
 # Lowest and highest value, and scale, of each parameter as the search sees it.
 _LIMITS = {
@@ -67,9 +67,8 @@ _LIMITS = {
 class PreslidingFit:
     """Result of `presliding_drive`; x is the unit of position, and force is `gain` times u."""
 
-    friction: str  # "lugre" or "gms"
     model: Presliding  # the axis
-    names: tuple[str, ...]  # its parameters, one by one: scalars, then `share k` and `level k`
+    names: tuple[str, ...]  # its parameters, one by one: scalars, then `level k`
     values: Array
     std: Array  # standard errors; NaN for what the record does not show
     factors: Array  # coverage factors of the 68 and 95 % intervals of these, shape (2, p)
@@ -97,15 +96,12 @@ def presliding_drive(
     u: npt.ArrayLike | Sequence[npt.ArrayLike],
     x: npt.ArrayLike | Sequence[npt.ArrayLike],
     *,
-    friction: str = "lugre",
     along: int | None = None,
     gain: float = 1.0,
     limit: float | None = None,
     delay: int = 0,
 ) -> PreslidingFit:
-    """Parameters of an axis with LuGre or Maxwell-slip friction, from presliding motion."""
-    if friction not in FRICTIONS:
-        raise InputError("structure", friction, ", ".join(FRICTIONS))
+    """Parameters of an axis with LuGre friction, from presliding motion."""
     if along is not None and not 1 <= along <= NODES[-1]:
         raise InputError("along", along, f"nodes along the travel, 1 to {NODES[-1]}")
     driven = Driven(gain, limit, delay)
@@ -117,7 +113,7 @@ def presliding_drive(
         runs = _moved_mass.stretches(runs, _RIGID, _MOST // _RIGID)
     rigid = _rigid(runs, gain=gain, limit=limit, delay=delay)
     names = tuple(n for n in rigid.refined.names if n != "lag")
-    found = choose_friction(fitted, Model(names), rigid.axis, friction, along)
+    found = choose_friction(fitted, Model(names), rigid.axis, along)
     kind, near = found.best
     end = fit(kind.simulated, near.space, near.pieces, near.values)
     if not end.settled:
@@ -127,7 +123,7 @@ def presliding_drive(
     if ELASTIC in found.reasons:
         notice(
             DataWarning,
-            f"{friction} friction predicts held-out pieces no better than rigid friction, within "
+            f"{LUGRE} friction predicts held-out pieces no better than rigid friction, within "
             "their scatter: the record does not need it, and its elastic parameters have no "
             "standard errors",
         )
@@ -138,7 +134,6 @@ def presliding_drive(
     free = np.split(kind.simulated(end.values, whole), whole.edges[1:-1])
     errors = [r.x - run for r, run in zip(records, free, strict=True)]
     return PreslidingFit(
-        friction,
         model,
         tuple(values),
         np.array(list(values.values())),
@@ -147,7 +142,7 @@ def presliding_drive(
         found.scores,
         found.reasons,
         kind.words,
-        float(np.sqrt(np.mean(np.concatenate(errors) ** 2))),
+        rms(errors),
         tuple(free),
         tuple(errors),
         float(gain),
@@ -169,11 +164,8 @@ def _rigid(runs: list[Run], **options: Any) -> DriveFit:
 def _errors_of(found: Candidate) -> tuple[Array, Array, Ripple | None]:
     """Standard errors (NaN at a bound), coverage factors and the force that repeats."""
     kind, end = found
-    free = ~end.bound
-    edges = _moved_mass.edges(end.pieces)
-    spread = clusters.spread(end.slopes[:, free], end.residual, edges)
     model = kind.model(end.values)
-    seen = _moved_mass.Found(end, _moved_mass.widen(spread, free))
+    seen = _moved_mass.Found(end, _moved_mass.spread(end, _moved_mass.edges(end.pieces)))
     repeats = _moved_mass.find_ripple(end, kind.simulated, Axis(model.mass, model.viscous))
     if repeats is not None:
         seen = _moved_mass.under(seen, kind.simulated, repeats)
@@ -204,8 +196,7 @@ def _turn(found: Candidate) -> Array:
 class Elastic(NamedTuple):
     """Free parameters, relative to those of a rigid axis."""
 
-    friction: str
-    names: tuple[str, ...]  # of the scalars; levels and shares follow
+    names: tuple[str, ...]  # of the scalars; levels follow
     nodes: int
     rigid: Axis
     dt: float
@@ -220,7 +211,8 @@ class Elastic(NamedTuple):
     def model(self, z: Array) -> Presliding:
         own = dict(zip(self.names, z.tolist(), strict=False))
         rigid = self.rigid
-        levels, shares = self._parts(z)
+        count = len(self.names)
+        levels = np.ascontiguousarray(z[count : count + self.nodes])
         mass = rigid.mass * own["mass"]
         speed = rigid.stribeck_speed if rigid.stribeck > 0.0 else self.fastest / 20.0
         return Presliding(
@@ -232,7 +224,6 @@ class Elastic(NamedTuple):
             stribeck_speed=speed * math.exp(own.get("stribeck_speed", 0.0)),
             stiffness=mass * (math.exp(own["stiffness"]) / self.dt) ** 2,
             settling=own["settling"] * self.dt,
-            shares=shares,
             levels=levels * self.coulomb,
             low=self.low,
             high=self.high,
@@ -242,34 +233,21 @@ class Elastic(NamedTuple):
     def simulated(self, z: Array, pieces: Pieces) -> Array:
         return simulate_pieces(self.model(z), pieces)
 
-    def _parts(self, z: Array) -> tuple[Array, Array]:
-        """Levels by the scale, and shares of the elements."""
-        count = len(self.names)
-        levels = np.ascontiguousarray(z[count : count + self.nodes])
-        if self.friction == "lugre":
-            return levels, np.empty(0)
-        odds = np.exp(np.concatenate([[0.0], z[count + self.nodes :]]))
-        return levels, odds / odds.sum()
-
     def space(self, unit: float, states: tuple[float, float]) -> Space:
         rows = [_LIMITS[name] for name in self.names] + [(FLOOR, 50.0, 1.0)] * self.nodes
         names = (*self.names, *(f"level {k}" for k in range(1, self.nodes + 1)))
-        if self.friction == "gms":
-            rows += [(-_WIDE, _WIDE, 1.0)] * (len(REACHES) - 1)
-            names += tuple(f"odds {k}" for k in range(2, len(REACHES) + 1))
         low, high, scale = np.array(rows).T
         return Space(names, scale, low / scale, high / scale, states, unit)
 
     def parameters(self, z: Array) -> dict[str, float]:
-        """The parameters one by one: scalars, then `share k` and `level k`."""
+        """The parameters one by one: scalars, then `level k`."""
         model = self.model(z)
         found = {name: float(getattr(model, name)) for name in self.names}
-        found |= {f"share {k}": float(share) for k, share in enumerate(model.shares, 1)}
         return found | {f"level {k}": float(level) for k, level in enumerate(model.levels, 1)}
 
     @property
     def words(self) -> str:
-        parts = [self.friction]
+        parts = [LUGRE]
         if "stribeck" in self.names:
             parts.append("Stribeck")
         parts.append(f"{self.nodes} nodes" if self.nodes > 1 else "one level")
@@ -330,9 +308,7 @@ def _since_reversal(x: Array, v: Array) -> Array:
     return np.asarray(np.abs(x - np.repeat(x[turned], np.diff(turned, append=len(x)))))
 
 
-def choose_friction(
-    records: Sequence[Run], rigid: Model, axis: Axis, friction: str, along: int | None
-) -> Chosen:
+def choose_friction(records: Sequence[Run], rigid: Model, axis: Axis, along: int | None) -> Chosen:
     """The simplest elastic friction that no richer one beats on held-out pieces."""
     parts = pieces(records)
     where = mass_space(rigid, records, axis)
@@ -341,7 +317,7 @@ def choose_friction(
     # A piece in which next to nothing moves shall not outweigh the others in a mean of logarithms.
     floor = _SMALL * float(np.median(squares[RIGID]))
     squares[RIGID] = squares[RIGID] + floor
-    first = _first(records, parts, rigid, axis, where, friction)
+    first = _first(records, parts, rigid, axis, where)
     tried = {first.kind.words: first}
     if "stribeck" not in first.kind.names:
         more = first.kind._replace(names=(*first.kind.names, "stribeck", "stribeck_speed"))
@@ -381,14 +357,14 @@ def _fit_candidate(kind: Elastic, begin: Array, near: Fit) -> Candidate:
 
 
 def _first(
-    records: Sequence[Run], parts: Pieces, rigid: Model, axis: Axis, where: Space, friction: str
+    records: Sequence[Run], parts: Pieces, rigid: Model, axis: Axis, where: Space
 ) -> Candidate:
     """One level, from the rigid axis; the best of searches from several stiffnesses."""
     fastest = max(float(np.abs(locate(r, False)[1]).max()) for r in records)
     low, high = (float(f([f(r.x) for r in records])) for f in (np.min, np.max))
     dt = float(parts.dt[0])
     names, values = ["mass", "viscous", "offset", "stiffness", "settling"], [1.0, 1.0]
-    kind = Elastic(friction, tuple(names), 1, axis, dt, low, high, fastest)
+    kind = Elastic(tuple(names), 1, axis, dt, low, high, fastest)
     values += [axis.offset / kind.coulomb, 0.0, 2.0]
     if "asymmetry" in rigid.names:
         names.append("asymmetry")
@@ -398,11 +374,10 @@ def _first(
         values += [axis.stribeck / kind.coulomb, 0.0]
     kind = kind._replace(names=tuple(names))
     level = max(axis.coulomb / kind.coulomb, FLOOR)
-    elements = [0.0] * (len(REACHES) - 1) if friction == "gms" else []
     space = kind.space(where.unit, where.states)
     ends = []
     for stuck in _BEGINS:
-        z = np.array([*values, level, *elements])
+        z = np.array([*values, level])
         z[names.index("stiffness")] = math.log(stuck)
         ends.append(fit(kind.simulated, space, parts, z, most=30, rounds=1))
     best = min(ends, key=lambda end: end.rms)
@@ -414,4 +389,4 @@ def _refine(z: Array, kind: Elastic, nodes: int) -> Array:
     old = z[count : count + kind.nodes]
     at = np.linspace(0.0, 1.0, nodes)
     new = np.interp(at, np.linspace(0.0, 1.0, max(kind.nodes, 2)), np.resize(old, max(len(old), 2)))
-    return np.concatenate([z[:count], new, z[count + kind.nodes :]])
+    return np.concatenate([z[:count], new])

@@ -5,6 +5,7 @@ Arrays u[n], y[n] every `dt` seconds, in the caller's units.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -302,3 +303,8 @@ def fit_percent(outputs: Sequence[Array], runs: Sequence[Array]) -> float:
     missed = sum(float(((y - f) ** 2).sum()) for y, f in zip(outputs, runs, strict=True))
     spread = sum(float(((y - y.mean()) ** 2).sum()) for y in outputs)
     return 100.0 * (1.0 - (missed / spread) ** 0.5) if spread > 0.0 else float("nan")
+
+
+def rms(parts: Sequence[Array]) -> float:
+    """RMS of all values of several arrays."""
+    return math.sqrt(sum(float(p @ p) for p in parts) / sum(map(len, parts)))

@@ -130,6 +130,14 @@ def at_bounds(z: Array, bounds: Bounds, within: Array | None = None) -> tuple[Fl
     return z <= bounds.low + width, z >= bounds.high - width
 
 
+def solve_scaled(table: Array, right: Array) -> Array:
+    """Least squares by columns of equal size; 0 for a column of zeros."""
+    size = np.linalg.norm(table, axis=0)
+    size[size == 0.0] = 1.0
+    found = np.linalg.lstsq(table / size, right, rcond=None)[0]
+    return np.asarray((found.T / size).T)
+
+
 def triangle(tables: Iterable[Array]) -> Array:
     """R of a QR decomposition of stacked tables, computed stretch by stretch."""
     found: Array | None = None

@@ -18,7 +18,7 @@ from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES, TERMS, diffe
 from macromicro.identify.clusters import Spread
 from macromicro.identify.engine import Fit, Judged, held_out, simplest
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.records import flag_saturation
+from macromicro.identify.records import flag_saturation, rms
 from macromicro.identify.runs import Run
 from macromicro.models.mass import Axis, late, motion
 
@@ -89,7 +89,7 @@ class SprungFit:
 
     @property
     def rms(self) -> float:
-        return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
+        return rms(self.residuals)
 
     @property
     def factors(self) -> Array:

@@ -61,11 +61,10 @@ def test_reversals_within_a_step_of_the_slower_clock_are_no_saturation(tmp_path:
     ]
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
-        found = fit(
-            "drive",
-            picking([str(file) for file in files], [])._replace(join=True),
-            structure="coulomb",
-        )
+        found = fit("drive", picking([str(file) for file in files], [])._replace(join=True))
+    # A breakaway of 0.6 +- 1.8 V would lower the force error, which is 0.2 % of the force.
+    assert found.data["structure"] == "coulomb"
+    assert "stribeck exceeds" in found.data["reasons"]["stribeck"]
     assert values(found)["mass"] == pytest.approx(0.5, rel=0.01)
     assert not [w for w in doubts if "saturate" in str(w.message) or "extreme" in str(w.message)]
 

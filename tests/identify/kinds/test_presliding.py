@@ -18,9 +18,7 @@ from macromicro.identify.runs import Run
 
 NAMES = ("mass", "viscous", "offset", "stiffness", "settling", "level 1")
 VALUES = np.array([2.0, 15.0, 0.3, 5e4, 4e-3, 5.0])
-MODEL = Presliding(
-    2.0, 15.0, 0.3, 0.0, 0.0, 0.01, 5e4, 4e-3, np.empty(0), np.array([5.0]), -1.0, 1.0
-)
+MODEL = Presliding(2.0, 15.0, 0.3, 0.0, 0.0, 0.01, 5e4, 4e-3, np.array([5.0]), -1.0, 1.0)
 T = np.arange(300) * 1e-3
 RECORD = Run(T, np.sin(T), 0.1 * np.sin(T))
 
@@ -29,7 +27,7 @@ def fitted(factors: Array, repeats: Ripple | None) -> PreslidingFit:
     free = (RECORD.x,)
     judged: dict[str, float] = {"lugre, one level": 1e-3}
     told = (VALUES, 0.1 * VALUES, factors, judged, {}, "lugre, one level", 1e-5)
-    return PreslidingFit("lugre", MODEL, NAMES, *told, free, (0.0 * T,), 1.0, 0, repeats)
+    return PreslidingFit(MODEL, NAMES, *told, free, (0.0 * T,), 1.0, 0, repeats)
 
 
 @pytest.mark.parametrize("repeats", [None, Ripple(2.0 * math.pi / 0.06, 0.025, 0.025, 0.0)])

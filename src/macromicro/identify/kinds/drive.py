@@ -110,7 +110,7 @@ class Part(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    from macromicro.identify.presliding import FRICTIONS
+    from macromicro.identify.presliding import LUGRE
 
     _check(options)
     if options.spring or options.dead_zone or options.free or in_speeds(picking, X):
@@ -119,7 +119,7 @@ def identify(picking: Picking, options: Options) -> Result:
         found = _sprung(records, options)
         return _report_fit(records, found, _sprung_part(records, options, found))
     records = _load(picking, options, False, _LEAST)
-    if options.structure in FRICTIONS:
+    if options.structure == LUGRE:
         elastic = _elastic(records, options)
         return _report_fit(records, elastic, _elastic_part(records, elastic))
     fit = _rigid(records, options)
@@ -240,6 +240,8 @@ def _sprung_part(records: Loaded, options: Options, fit: SprungFit) -> Part:
 
 
 def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
+    from macromicro.identify.presliding import LUGRE
+
     place = records.place
     units = drive_report.units_of(records.force, place)
     if not records.named:
@@ -249,7 +251,7 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
     head = f"RMS of free runs over pieces held out, in {place}"
     tried = drive_report.structure(head, fit.taken, fit.judged, fit.reasons, math.inf)
     remarks = [("structure", tried), drive_report.slow("offset")]
-    values: dict[str, tuple[Any, str]] = {"friction": (fit.friction, ""), **_report.notes(lines)}
+    values: dict[str, tuple[Any, str]] = {"friction": (LUGRE, ""), **_report.notes(lines)}
     if len(nodes) > 1:
         values["low"] = (fit.model.low, "place of the first level")
         values["high"] = (fit.model.high, "place of the last one")
@@ -257,7 +259,7 @@ def _elastic_part(records: Loaded, fit: PreslidingFit) -> Part:
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
     remarks += drive_report.ripple_lines(fit.repeats, records.force, place)
     data = {
-        "structure": fit.friction,
+        "structure": LUGRE,
         "taken": fit.taken,
         "judged": fit.judged,
         "reasons": fit.reasons,
@@ -332,7 +334,6 @@ def _elastic(records: Loaded, options: Options) -> PreslidingFit:
 
     return presliding_fit.presliding_drive(
         *records.columns,
-        friction=options.structure,
         along=options.along,
         gain=records.gain,
         limit=options.limit,
@@ -391,17 +392,16 @@ def _check_sign(fitted: Callable[[float], SprungFit], records: Loaded) -> Sprung
 
 
 def _check(options: Options) -> None:
-    from macromicro.identify.presliding import FRICTIONS
+    from macromicro.identify.presliding import LUGRE
 
     if options.limit is not None and not options.limit > 0.0:
         raise InputError("--limit", options.limit, "a value above zero")
-    if options.along is not None and options.structure not in FRICTIONS:
-        remedy = f"Add --structure {' or '.join(FRICTIONS)}."
-        raise ProblemError("--along", "it needs elastic friction", remedy)
-    if options.delay == FIT and options.structure in FRICTIONS:
+    if options.along is not None and options.structure != LUGRE:
+        raise ProblemError("--along", "it needs elastic friction", f"Add --structure {LUGRE}.")
+    if options.delay == FIT and options.structure == LUGRE:
         raise InputError("--delay", FIT, "a whole number of samples with elastic friction")
     for name in ("eccentric", "endless"):
-        if getattr(options, name) and options.structure in FRICTIONS:
+        if getattr(options, name) and options.structure == LUGRE:
             raise ProblemError(
                 f"--{name}", f"it cannot be combined with --structure {options.structure}"
             )

@@ -294,8 +294,6 @@ def elastic_lines(fit: PreslidingFit, units: Mapping[str, str], place: str) -> l
             note = f"Coulomb friction at {nodes[levels]:.4g} {place}"
             lines.append(Line(name, value, error, units["coulomb"], note, factor))
             levels += 1
-        elif kind == "share":
-            lines.append(Line(name, value, error, "", "of the friction in this element", factor))
         else:
             own = "coulomb" if kind == "level" else name
             lines.append(_line(own, (value, error, factor), units))
