@@ -110,7 +110,28 @@ class ProblemError(InputError):
 
 @contextmanager
 def naming_arguments() -> Iterator[None]:
-    """Name an argument of Python ("held_out") where an error names an option ("--held-out")."""
+    """Name an argument of Python ("held_out") where an error names an option ("--held-out").
+
+    Yields
+    ------
+    None
+        Errors that the block raises name arguments.
+
+    Raises
+    ------
+    InputError
+        That of the block.
+
+    Examples
+    --------
+    >>> from macromicro.errors import InputError, naming_arguments
+    >>> try:
+    ...     with naming_arguments():
+    ...         raise InputError("--held-out", "5", "between 0 and 1")
+    ... except InputError as error:
+    ...     print(error.where)
+    held_out
+    """
     try:
         yield
     except InputError as error:

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from macromicro.rig.session import Session, Unwinding
+from macromicro.rig._unwinding import Unwinding
+from macromicro.rig.session import Session
 
 
 @pytest.fixture
