@@ -25,7 +25,7 @@ import sys
 from macromicro.control import calibration
 from macromicro.rig.board.rig import BoardRig
 from macromicro.types import Outputs
-with BoardRig(sys.argv[1], "host", calibration.shipped()) as rig:
+with BoardRig(sys.argv[1], "host", calibration.default_calibration()) as rig:
     for k in range(100000):
         rig.read()
         rig.write(Outputs(4.0 if k // 150 % 2 == 0 else -4.0, 1.0, 0.0, 0.0))

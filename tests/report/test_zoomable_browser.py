@@ -16,8 +16,6 @@ from tests.report.plotted import made
 
 from macromicro.report import zoomable
 
-LEFT, RIGHT = 64, 8  # px of a plot beside its time axis
-
 
 class Page(Window):
     """The page, loaded anew with all rows shown."""
@@ -49,12 +47,12 @@ class Page(Window):
     def at(self, kind: str, time: float, **more: Any) -> None:
         """The pointer at a time of the first plot, by the browser's own events."""
         box = self.run(
-            "const b = document.querySelector('canvas').getBoundingClientRect();"
+            "const b = document.querySelector('.u-over').getBoundingClientRect();"
             "return [b.left, b.top, b.width, b.height]"
         )
         low, high = self.span
         share = (time - low) / (high - low)
-        place = {"x": box[0] + LEFT + share * (box[2] - LEFT - RIGHT), "y": box[1] + box[3] / 2}
+        place = {"x": box[0] + share * box[2], "y": box[1] + box[3] / 2}
         self.command("Input.dispatchMouseEvent", type=kind, **place, **more)
 
 

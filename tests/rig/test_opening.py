@@ -19,7 +19,7 @@ from macromicro.types import Sample
 RIG = """
 import math
 from macromicro.types import Sample
-from macromicro.control.calibration import shipped
+from macromicro.control.calibration import default_calibration
 from macromicro.rig.limits import Limits
 
 seeds = []
@@ -53,7 +53,7 @@ def changed(**values):
         return rig
     return make
 
-calibrated = changed(calibration=shipped())
+calibrated = changed(calibration=default_calibration())
 limited = changed(limits=Limits(hottest=120.0))
 unlimited = changed(limits={"hottest": 120.0})
 toaster = changed(kind="toaster")
@@ -202,7 +202,7 @@ def test_an_installed_package_offers_its_rigs_by_plain_names(
 ) -> None:
     offered = {"bench-1": "myrig:bench", "broken": "myrig"}
     monkeypatch.setattr(
-        opening.plugins, "registered", lambda group: offered if group == opening.GROUP else {}
+        opening.plugins, "entry_points", lambda group: offered if group == opening.GROUP else {}
     )
     assert str(opening.named("bench-1")) == "myrig:bench"
     for name in ("bench-2", "broken"):

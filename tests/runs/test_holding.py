@@ -19,8 +19,8 @@ from macromicro.runs.folder import locked
 HOLD = """
 import sys, time
 from pathlib import Path
-from macromicro.runs.folder import held
-with held(Path(sys.argv[1]), overwrite=True):
+from macromicro.runs.folder import locked
+with locked(Path(sys.argv[1]), overwrite=True):
     print("held", flush=True)
     time.sleep(60)
 """

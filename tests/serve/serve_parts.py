@@ -49,7 +49,7 @@ class Logged:
 
     channels = ("encoder", "hall")
     counted = True
-    calibration = calibration.shipped()
+    calibration = calibration.default_calibration()
 
     def __init__(self) -> None:
         self.clock = self

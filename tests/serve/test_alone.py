@@ -27,7 +27,7 @@ class Stage(Carriage):
     """A micro-stage that follows CTRL, 6 mm for each volt above 1.3 V; a Hall sensor."""
 
     channels = ("hall",)
-    calibration = calibration.shipped()
+    calibration = calibration.default_calibration()
 
     contraction = 0.0
 

@@ -94,7 +94,7 @@ def noise(t: Trial) -> None:
 def broken(t: Trial) -> None:
     """Frames that are cut short, too long, of no kind, of another size."""
     frame = protocol.encode("outputs", 1, sample=0, motor=4.0, ctrl=1.0)
-    framed = protocol.framing.framed
+    framed = protocol.framing.frame
     for _ in range(t.random.randint(1, 10)):
         t.line.put(
             t.random.choice((

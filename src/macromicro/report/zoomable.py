@@ -1,4 +1,4 @@
-"""Recordings on one zoomable page: columns over time, no network, no library."""
+"""Recordings on one zoomable page: columns over time, drawn by uPlot, no network."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from macromicro import exported, traces
+from macromicro import drawing, exported, traces
 from macromicro.arrays import Array
 from macromicro.drawing.page import fill
 from macromicro.recording import Recording
@@ -19,6 +19,7 @@ from macromicro.schema.par import NO_UNIT
 
 TEMPLATE = Path(__file__).parent / "templates" / "zoomable.html.j2"
 SCRIPT = TEMPLATE.with_name("zoomable.js")
+UPLOT = Path(drawing.__file__).parent / "uplot"
 MOST = 3_000_000  # values of a page; of more, each point stands for several rows
 BYTES = 20_000_000  # that a page may have: MOST values of 4 bytes, as base64, and its words
 _REFERENCE = "_reference"
@@ -55,6 +56,7 @@ def page(
         TEMPLATE,
         title=", ".join(words),
         data=data,
+        library=[(UPLOT / name).read_text(encoding="utf-8") for name in ("uPlot.css", "uPlot.js")],
         script=SCRIPT.read_text(encoding="utf-8"),
         every=every,
         apart=apart,

@@ -64,7 +64,7 @@ BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
 
 _CALIBRATION = (
     "Run `macromicro collect --rig MODULE:FACTORY hall`, then `macromicro identify hall` on that "
-    "recording, and give the rig the attribute `calibration`: macromicro.control.calibration.read "
+    "recording, and give the rig the attribute `calibration`: macromicro.control.calibration.parse "
     "of hall_calibration.csv (docs/rigs.md)."
 )
 

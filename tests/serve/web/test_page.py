@@ -169,9 +169,10 @@ def test_the_space_bar_stops_wherever_the_focus_is(ready: Page) -> None:
         motion = ready.begun()
         ready.moving()
         ready.keys(" ")
-        # On a busy computer the carriage may come to rest later than the loop waits for it.
+        # On a busy computer the carriage may come to rest later than the loop waits for it,
+        # or the micro-stage was moving already, which needs no way to stop.
         ended = ready.ended(motion)
-        assert ended.evidence.get("cause") == STOP, ended
+        assert ended.outcome == m.STOPPED_BY_REQUEST or ended.evidence.get("cause") == STOP, ended
     assert " " not in ready.find("#move-value").get_attribute("value")
     assert ready.find("#words").get_attribute("value") == " "
     rests = ready.station.events()[0]

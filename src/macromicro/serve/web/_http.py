@@ -10,6 +10,7 @@ from pathlib import Path
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
 
+from macromicro import drawing
 from macromicro.serve.hosts import is_address
 
 _HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([a-z0-9.-]{1,253}))(?::[0-9]{1,5})?")
@@ -20,6 +21,7 @@ _POLICY = (
 )
 
 FOLDER = Path(__file__).parent / "static"
+UPLOT = Path(drawing.__file__).parent / "uplot"  # which draws the curves
 SOCKET = "/live"
 _NO_NAME = (
     "this server does not answer to that name: open the page by its address, or start the server\n"
@@ -97,7 +99,7 @@ class Files:
         self._gate = gate
         self._files = {
             f"/{path.name}": (_KINDS[path.suffix], path.read_bytes())
-            for path in sorted(FOLDER.iterdir())
+            for path in sorted([*FOLDER.iterdir(), *UPLOT.iterdir()])
             if path.suffix in _KINDS
         }
         self._files["/"] = self._files["/index.html"]

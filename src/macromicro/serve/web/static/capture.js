@@ -1,12 +1,12 @@
 // Captures of signals around an event: its settings, the captured curves, and a table of them.
 
-import { colours, decimals, niceStep, surface } from "./canvas.js";
+import { Curves } from "./curves.js";
 import { capital } from "./orders.js";
 import { parsed } from "./numbers.js";
 import { download } from "./steps.js";
 
 const $ = (id) => document.getElementById(id);
-const LOOK_MS = 300, MOST = 8, LEFT = 64, BOTTOM = 18, TOP = 6;
+const LOOK_MS = 300, MOST = 8;
 const WORDS = { waiting: "Waiting for the trigger.", triggered: "Triggered.", complete: "Complete." };
 
 export class Capture {
@@ -15,6 +15,7 @@ export class Capture {
     this.page = page;
     this.seen = 0;
     this.timer = 0;
+    this.plots = [];
     this.curves = null; // { names, units, time_s, rows: one Float64Array of each name }
     $("capture-form").addEventListener("submit", (event) => { event.preventDefault(); this.start(); });
     $("capture-kind").addEventListener("change", () => this.suit());
@@ -86,7 +87,7 @@ export class Capture {
       this.seen = reply.captured;
       this.curves = { ...reply, rows: reply.names.map((_, k) => values.subarray(k * rows, (k + 1) * rows)) };
       $("capture-csv").disabled = false;
-      this.draw();
+      this.show();
     }
     const count = reply.captured > 1 || $("capture-repeat").checked ? ` ${reply.captured} captured.` : "";
     $("capture-state").textContent = WORDS[reply.phase] + count;
@@ -100,79 +101,25 @@ export class Capture {
     return `${lines.join("\n")}\n`;
   }
 
+  // A figure for each signal, with the trigger at 0 s.
+  show() {
+    const { names, units } = this.curves, place = $("capture-plots");
+    for (const plot of this.plots) plot.remove();
+    place.replaceChildren();
+    this.plots = names.slice(1).map((name, k) => {
+      const figure = document.createElement("figure"), caption = document.createElement("figcaption");
+      caption.textContent = units[k + 1] === "1" ? name : `${name} [${units[k + 1]}]`;
+      figure.className = "plot";
+      figure.append(caption);
+      place.append(figure);
+      return new Curves(figure, `${caption.textContent} around the trigger, at 0 s`, ["one"], { marks: () => [0] });
+    });
+    this.draw();
+  }
+
   draw() {
     if (!this.curves) return;
-    const { names, units, rows } = this.curves, place = $("capture-plots");
-    while (place.children.length > names.length - 1) place.lastChild.remove();
-    names.slice(1).forEach((name, k) => {
-      if (!place.children[k]) place.append(figure());
-      const [caption, canvas] = place.children[k].children;
-      const unit = units[k + 1] === "1" ? "" : ` [${units[k + 1]}]`;
-      caption.textContent = `${name}${unit}`;
-      canvas.setAttribute("aria-label", `${name}${unit} around the trigger, at 0 s`);
-      plot(canvas, rows[0], rows[k + 1]);
-    });
+    const [times, ...rows] = this.curves.rows;
+    this.plots.forEach((plot, k) => plot.draw(times, [rows[k]], times[0], times[times.length - 1]));
   }
-}
-
-function figure() {
-  const made = document.createElement("figure"), canvas = document.createElement("canvas");
-  made.className = "plot";
-  canvas.setAttribute("role", "img");
-  made.append(document.createElement("figcaption"), canvas);
-  return made;
-}
-
-function plot(canvas, time, values) {
-  const { g, width, height } = surface(canvas), inner = width - LEFT - 8, bottom = height - BOTTOM;
-  if (inner < 20) return;
-  let low = Infinity, high = -Infinity;
-  for (const value of values) { if (value < low) low = value; if (value > high) high = value; }
-  if (!(low <= high)) return;
-  const pad = (high - low || Math.abs(high) * 1e-3 || 1) * 0.08, from = time[0], span = time[time.length - 1] - from || 1;
-  low -= pad;
-  high += pad;
-  const x = (t) => LEFT + ((t - from) / span) * inner, y = (v) => bottom - ((v - low) / (high - low)) * (bottom - TOP);
-  g.strokeStyle = colours.line;
-  g.fillStyle = colours.faint;
-  g.textAlign = "right";
-  g.textBaseline = "middle";
-  g.beginPath();
-  const step = niceStep(high - low, 4), pace = niceStep(span, Math.max(inner / 90, 2));
-  for (let v = Math.ceil(low / step) * step; v <= high; v += step) {
-    g.moveTo(LEFT, y(v));
-    g.lineTo(LEFT + inner, y(v));
-    g.fillText(v.toFixed(decimals(step)), LEFT - 4, Math.max(y(v), 6));
-  }
-  g.textAlign = "center";
-  g.textBaseline = "top";
-  for (let t = Math.ceil(from / pace) * pace; t <= from + span; t += pace) {
-    g.moveTo(x(t), TOP);
-    g.lineTo(x(t), bottom);
-    if (x(t) > LEFT + 10 && x(t) < LEFT + inner - 18) g.fillText(`${(t || 0).toFixed(decimals(pace))} s`, x(t), bottom + 3);
-  }
-  g.stroke();
-  g.strokeStyle = colours.mark;
-  g.setLineDash([3, 3]);
-  g.beginPath();
-  g.moveTo(x(0), TOP);
-  g.lineTo(x(0), bottom);
-  g.stroke();
-  g.setLineDash([]);
-  g.strokeStyle = colours.one;
-  g.lineWidth = 1.5;
-  g.beginPath();
-  // Of the rows within one pixel the least and the greatest are drawn.
-  for (let n = 0; n < time.length;) {
-    const column = Math.floor(x(time[n]));
-    let least = values[n], most = values[n];
-    for (n++; n < time.length && Math.floor(x(time[n])) === column; n++) {
-      least = Math.min(least, values[n]);
-      most = Math.max(most, values[n]);
-    }
-    g.lineTo(column, y(least));
-    if (most > least) g.lineTo(column, y(most));
-  }
-  g.stroke();
-  g.lineWidth = 1;
 }

@@ -1,0 +1,61 @@
+// Curves over time in the page's colours, drawn by uPlot.
+
+import { colours, decimals } from "./canvas.js";
+
+const FONT = "11px system-ui, sans-serif";
+// All axes are drawn in the same way; the words at their ticks have the digits of their step.
+const axis = (size, space, suffix = "") => ({
+  size, space, font: FONT, gap: 4, stroke: () => colours.faint, grid: { stroke: () => colours.line, width: 1 },
+  ticks: { show: false }, values: (_, ticks, a, b, step) => ticks.map((v) => (v || 0).toFixed(decimals(step)) + suffix),
+});
+
+export class Curves {
+  // A colour's name of each line. `range`: of values shown; without it, of all. `marks`: times to mark.
+  constructor(figure, label, lines, { range = undefined, marks = () => [] } = {}) {
+    this.figure = figure;
+    this.plot = new uPlot({
+      ...this.size,
+      legend: { show: false },
+      cursor: { show: false },
+      padding: [6, 4, 0, 0],
+      scales: { x: { time: false }, y: { range } },
+      axes: [axis(18, 90, " s"), axis(46, 22)],
+      series: [{}, ...lines.map((name) => ({ stroke: () => colours[name], width: 1.5, points: { show: false } }))],
+      hooks: { drawAxes: [(u) => this.mark(u, marks())] },
+    }, [[], ...lines.map(() => [])], figure);
+    this.plot.root.setAttribute("role", "img");
+    this.plot.root.setAttribute("aria-label", label);
+  }
+
+  get size() { return { width: Math.max(this.figure.clientWidth, 80), height: 102 }; }
+  get width() { return this.figure.clientWidth - 50; } // of the curves alone
+
+  remove() { this.plot.destroy(); }
+
+  // Values of each line at the times, shown over a span of time.
+  draw(times, values, from, to) {
+    if (!this.figure.clientWidth) return; // it is not shown
+    if (this.plot.width !== this.size.width) this.plot.setSize(this.size);
+    this.plot.batch(() => {
+      this.plot.setData([times, ...values], false);
+      this.plot.setScale("x", { min: from, max: to });
+    });
+  }
+
+  mark(u, times) {
+    const { ctx: g, bbox } = u;
+    g.save();
+    g.strokeStyle = colours.mark;
+    g.lineWidth = devicePixelRatio;
+    g.setLineDash([3 * devicePixelRatio, 3 * devicePixelRatio]);
+    g.beginPath();
+    for (const time of times) {
+      if (time < u.scales.x.min || time > u.scales.x.max) continue;
+      const x = u.valToPos(time, "x", true);
+      g.moveTo(x, bbox.top);
+      g.lineTo(x, bbox.top + bbox.height);
+    }
+    g.stroke();
+    g.restore();
+  }
+}
