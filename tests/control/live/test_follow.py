@@ -85,6 +85,7 @@ def test_periods_without_a_reading_do_not_count_as_stalled() -> None:
     machine = homed(live=QUICK)
     machine.ask(m.Follow("macro", HOLD))
     put(machine, 0.05)
+    machine.see(math.nan)
     machine.see(0.0, seconds=0.02)
     machine.see(math.nan, seconds=2 * QUICK.jogging.patience)
     assert not machine.ends

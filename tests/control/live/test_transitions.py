@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 
 from macromicro.control import macro
+from macromicro.control.live import following
 from macromicro.control.live import messages as m
 from macromicro.control.live.state import Drive
 from macromicro.control.live.transitions import TRANSITIONS, idle
 
 from ...frozen.record import frozen
+from .follower import ready
 
 MODES = range(len(m.MODES))
 
@@ -59,3 +61,14 @@ def test_idle_is_off_with_empty_memories() -> None:
 
 def test_the_table_is_what_was_agreed_on() -> None:
     frozen("live-transitions", sorted(TRANSITIONS))
+
+
+def test_a_micro_stage_that_has_followed_has_its_last_set_point_as_its_target() -> None:
+    """There a relative move starts."""
+    f = ready()
+    f.ask(m.Follow("micro", 1.0))
+    f.s, _ = following.take_set_point(f.p, f.s, 0.2e-3, 0.0, 0.0)
+    f.ask(m.EndFollow())
+    f.until("holding")
+    assert f.ends[0].outcome == m.DONE
+    assert f.s.target.micro == pytest.approx(0.2e-3, abs=1e-9)

@@ -149,7 +149,7 @@ def finish(
     facts = {"kind": s.motion.kind, "seconds": s.time - s.motion.began, "by": by, **evidence}
     end = Finished(s.motion.id, outcome, s.seen.position, uncertainty(p, s), facts)
     target = s.target
-    if outcome == m.DONE and s.mode in _FINE:
+    if outcome == m.DONE:  # `conclude` forgets it unless the micro-stage holds it
         target = target._replace(micro=s.drive.micro_reference)
     elif outcome not in (m.DONE, m.SUPERSEDED):  # a carriage that stands is where it was sent
         target = NOWHERE._replace(macro=target.macro) if s.mode in _FINE else NOWHERE
