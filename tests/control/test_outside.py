@@ -188,7 +188,7 @@ def test_a_part_of_the_wrong_kind(part: str, value: object, said: str) -> None:
 
 def test_an_entry_point_is_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of an installed package, group macromicro.laws."""
-    monkeypatch.setattr(outside.plugins, "registered", lambda group: {"slide": COUNTS})
+    monkeypatch.setattr(outside.plugins, "entry_points", lambda group: {"slide": COUNTS})
     assert outside.is_name("slide") and not outside.is_name("slid")
     assert outside.import_law("slide", "--law") is InCounts
     with pytest.raises(InputError, match="such as slide"):

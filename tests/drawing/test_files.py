@@ -26,7 +26,7 @@ t = np.linspace(0.0, 1.0, 5000)
 line(axes[0, 0], t, np.sin(9.0 * t), BLUE, "sine")
 axes[0, 1].fill_between(t, np.cos(t), hatch="/")
 finish(axes[0, 0], "a sine [mm]", legend=True)
-print(*(hashlib.sha256(files.encoded(figure, kind)).hexdigest() for kind in files.FORMATS))
+print(*(hashlib.sha256(files.encode(figure, kind)).hexdigest() for kind in files.FORMATS))
 """
 
 

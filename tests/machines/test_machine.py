@@ -68,7 +68,7 @@ def test_a_machine_of_another_package_is_known_by_the_name_it_was_given(monkeypa
     assert machine.named("ownlab:flexure", "test") is found
     offered = {"lab-coil": "ownlab:flexure"}
     monkeypatch.setattr(
-        machine.plugins, "registered", lambda group: offered if group == machine.GROUP else {}
+        machine.plugins, "entry_points", lambda group: offered if group == machine.GROUP else {}
     )
     assert machine.named("lab-coil", "test").name == "lab-coil"
     with pytest.raises(InputError, match="wire, rotary, lab-coil; or MODULE"):

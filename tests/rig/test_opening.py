@@ -202,7 +202,7 @@ def test_an_installed_package_offers_its_rigs_by_plain_names(
 ) -> None:
     offered = {"bench-1": "myrig:bench", "broken": "myrig"}
     monkeypatch.setattr(
-        opening.plugins, "registered", lambda group: offered if group == opening.GROUP else {}
+        opening.plugins, "entry_points", lambda group: offered if group == opening.GROUP else {}
     )
     assert str(opening.named("bench-1")) == "myrig:bench"
     for name in ("bench-2", "broken"):

@@ -28,7 +28,7 @@ def test_a_procedure_of_ones_own_is_found_by_its_module() -> None:
 def test_an_entry_point_names_one(monkeypatch: pytest.MonkeyPatch) -> None:
     place = {"lab-own": "tests.thesis.test_collecting:own"}
     monkeypatch.setattr(
-        collecting.plugins, "registered", lambda group: place if group == collecting.GROUP else {}
+        collecting.plugins, "entry_points", lambda group: place if group == collecting.GROUP else {}
     )
     assert collecting.find("lab-own") is own
     with pytest.raises(InputError, match="hall, lab-own; or MODULE:PROCEDURE"):
