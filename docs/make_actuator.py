@@ -16,8 +16,8 @@ from macromicro.identify import kiln as kiln_fit
 from macromicro.identify import wire_table
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.thesis import heats, kiln_bench
-from macromicro.thesis.chapter5 import kiln_runs
+from macromicro.thesis import kiln_bench
+from macromicro.thesis.chapter5 import electrothermal_runs, kiln_runs
 from macromicro.thesis.kiln_bench import KilnBench
 
 PLACE = Path(__file__).parent.parent / "src/macromicro/control/inverse/shipped.json"
@@ -29,9 +29,9 @@ def main() -> None:
     machine = bench.prepare(Bench(), Sensors())
     table = kiln_fit.fod_table([kiln_runs.run(kiln_bench.prepare(KilnBench()), kiln_runs.cycles())])
     if "--quick" in sys.argv:
-        next(iter(heats.records(machine)))
+        electrothermal_runs.record(machine, electrothermal_runs.actuator_profiles()[0], 0)
         return
-    found = wire_table.for_law(table, list(heats.records(machine)))
+    found = wire_table.for_law(table, electrothermal_runs.for_actuator(machine))
     values = {k: v for k, v in found.gains._asdict().items() if k not in TUNED}
     rounded = {k: _rounded(v) for k, v in values.items()}
     PLACE.write_text(json.dumps(rounded, indent=1) + "\n", "utf-8")

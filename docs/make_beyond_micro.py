@@ -39,8 +39,8 @@ from macromicro.rig.codes import OK
 from macromicro.rig.twin import noise_source
 from macromicro.runs import programmed
 from macromicro.settings import Settings
-from macromicro.thesis import heats, kiln_bench
-from macromicro.thesis.chapter5 import kiln_runs
+from macromicro.thesis import kiln_bench
+from macromicro.thesis.chapter5 import electrothermal_runs, kiln_runs
 from macromicro.uncertainty import table
 
 LAWS = ("pi-antiwindup", "inverse")
@@ -78,7 +78,7 @@ def identified(settings: Settings, seed: int) -> wire_table.LawFit:
     turns = kiln_runs.cycles(cold=max(kiln_runs.COLD, room + 2.0))
     cycles = kiln_runs.run(oven, turns, seed)
     curves = kiln_fit.fod_table([cycles], cold=max(35.0, room + 6.0))
-    return wire_table.for_law(curves, list(heats.records(machine, seed)), room)
+    return wire_table.for_law(curves, electrothermal_runs.for_actuator(machine, seed), room)
 
 
 def under(settings: Settings, law: str, gains: Inverse | None) -> Settings:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from command_tree import PROGRAM, Entry, Option, entries
 from measured_page import table
 
 from macromicro.cli import command_line
-from macromicro.commands.tree import PROGRAM, Entry, Option, entries
 
 PAGE = Path(__file__).with_name("commands.md")
 HEAD = """\

@@ -23,6 +23,13 @@ def own(state: State) -> State:
     return cast("State", kind(*parts) if hasattr(kind, "_fields") else tuple(parts))
 
 
+def spans(holds: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First row, and the row behind the last, of each stretch where a condition holds."""
+    on = np.concatenate(([False], holds, [False]))
+    begins, ends = np.flatnonzero(on[1:] & ~on[:-1]), np.flatnonzero(~on[1:] & on[:-1])
+    return list(zip(begins.tolist(), ends.tolist(), strict=True))
+
+
 def packed(number: int) -> struct.Struct:
     """A function that writes so many floats into a buffer at a byte offset, faster than numpy."""
     return struct.Struct(f"={number}d")

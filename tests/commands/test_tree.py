@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import make_commands
+from command_tree import entries
 from typer.testing import CliRunner
 
 from macromicro.cli import app, command_line
-from macromicro.commands.tree import entries
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.arrays import own
 from macromicro.design import fine_limits
 from macromicro.errors import InputError
 from macromicro.plant import bench
@@ -17,7 +18,7 @@ PLANT = bench.prepare(S.bench, S.sensors)
 
 
 def driven(state: bench.State, ctrl: list[float]) -> bench.State:
-    state = fine_limits.copy_state(state)
+    state = own(state)
     for volts in ctrl:
         state = bench.advance(PLANT, state, Outputs(0.0, volts, 0.0, 0.0), Noise(), 1e-3)
     return state

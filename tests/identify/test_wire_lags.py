@@ -16,8 +16,8 @@ from macromicro.models import stressed
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
-from macromicro.thesis import heats, kiln_bench
-from macromicro.thesis.chapter5 import kiln_runs
+from macromicro.thesis import kiln_bench
+from macromicro.thesis.chapter5 import electrothermal_runs, kiln_runs
 from macromicro.thesis.kiln_bench import KilnBench
 
 DT = 1e-3
@@ -31,7 +31,7 @@ COLUMNS = (
 
 def record(lag: float, sensor: float, noise: float = 0.0) -> Recording:
     """Bursts of full heat on the shipped model with a lag; the D/A is a period late."""
-    sent = np.concatenate([np.full(round(s / DT), v) for v, s in heats.BURSTS])
+    sent = np.concatenate([np.full(round(s / DT), v) for v, s in electrothermal_runs.BURSTS])
     model = prepare(Inverse()).model._replace(lag=lag)
     places = stressed.simulate(model, np.r_[0.0, sent[:-1]], DT)[0]
     seen, left = np.empty_like(places), places[0]
@@ -67,7 +67,7 @@ def test_the_sensors_lag_is_that_of_its_voltage_behind_the_laser(lag: float) -> 
 
 def test_the_shortest_hold_is_that_between_two_changes() -> None:
     r = record(2e-3, 3e-3)
-    assert wire_table.shortest([r]) == pytest.approx(min(s for _, s in heats.BURSTS))
+    assert wire_table.shortest([r]) == pytest.approx(min(s for _, s in electrothermal_runs.BURSTS))
     one = np.where(r["t"] > 1.0, 2.0, 0.0)
     step = Recording.from_arrays(COLUMNS, [r["t"], one, r["laser"], r["hall_voltage"]], DT, {})
     assert wire_table.shortest([step]) == math.inf
@@ -99,7 +99,9 @@ def test_slow_records_alone_are_refused() -> None:
 def test_the_shipped_benchs_actuator_is_found_from_its_sensors() -> None:
     oven = kiln_bench.prepare(KilnBench())
     table = kiln_fit.fod_table([kiln_runs.run(oven, kiln_runs.cycles())])
-    found = wire_table.for_law(table, list(heats.records(bench.prepare(Bench(), Sensors()))))
+    found = wire_table.for_law(
+        table, electrothermal_runs.for_actuator(bench.prepare(Bench(), Sensors()))
+    )
     truth = Bench()
     assert found.gains.lag == pytest.approx(truth.driver.lag, abs=3e-4)
     assert found.sensor == pytest.approx(Sensors().hall.lag, abs=2e-4)

@@ -32,7 +32,7 @@ from macromicro.settings import Settings
 from macromicro.thesis import all_procedures, collecting
 from macromicro.thesis.chapter3 import hall_calibration
 from macromicro.thesis.chapter4 import friction
-from macromicro.thesis.chapter5 import _electrothermal_runs, kiln_runs
+from macromicro.thesis.chapter5 import electrothermal_runs, kiln_runs
 from macromicro.thesis.chapter6 import laser_noise
 from macromicro.thesis.procedure import Lab, needed
 from macromicro.types import SAFE, Outputs, Sample
@@ -156,7 +156,7 @@ def test_closed_loop_of_the_macro_stage(law: str) -> None:
 
 
 def test_open_loop_of_the_micro_stage() -> None:
-    ctrl = _electrothermal_runs.cooling(1.75, 0.8, 0.2)
+    ctrl = electrothermal_runs.course([(1.75, 0.8), (0.0, 0.2)])
     fast = drive.heated(PLANT, ctrl, 3, 10)
     same(drive.heated(Made().fixture(), ctrl, 3, 10), fast)
     assert fast["laser"].max() > 1000.0
@@ -280,7 +280,7 @@ def test_a_real_rig_rests_and_zeroes_its_laser_before_a_cold_run() -> None:
     """Here a machine on which somebody moved the carriage after the last reset."""
     moved = bench.initial(PLANT, 2e-3)._replace(zero=0.0)
     made = Made(state=moved)
-    run = drive.heated(made.fixture(rest=0.05), _electrothermal_runs.step(0.0, 0.1))
+    run = drive.heated(made.fixture(rest=0.05), electrothermal_runs.step(0.0, 0.1))
     assert abs(run["laser"]).max() < 20.0  # um; without the reset 2 mm
     assert run["t"][0] == 0.0
     assert [w.laser_reset for w in made.rigs[0].written].count(1.0) == 1
@@ -300,7 +300,7 @@ def test_a_rig_without_the_channel_is_refused() -> None:
     for word in ("laser-noise", "laser of the bench", "mine measures encoder, hall", "Use a rig"):
         assert word in text
     with pytest.raises(InputError, match="laser"):
-        drive.heated(lab.bench(), _electrothermal_runs.step(1.0, 0.1))
+        drive.heated(lab.bench(), electrothermal_runs.step(1.0, 0.1))
     with pytest.raises(InputError, match="encoder"):
         on_rig(Made(["hall"]).fixture())(programme((MACRO, 1.0, 0.0)), Settings(), 0, False)
     with pytest.raises(InputError, match="no kiln among"):
@@ -340,7 +340,7 @@ def test_the_guard_ends_an_open_loop_run() -> None:
     made = Made()
     fixture = made.fixture(limits=Limits(hottest=60.0))
     with pytest.raises(GuardTripped, match=r"too high.*guard\.hottest"):
-        drive.heated(fixture, _electrothermal_runs.step(1.8, 2.0))
+        drive.heated(fixture, electrothermal_runs.step(1.8, 2.0))
     rig = made.rigs[0]
     assert rig.written[-1] == SAFE
     assert 10 < sum(w.ctrl == 1.8 for w in rig.written) < 2000

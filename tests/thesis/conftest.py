@@ -2,8 +2,8 @@
 
 import pytest
 
-from macromicro.thesis.chapter5._electrothermal_runs import StepData
 from macromicro.thesis.chapter5.actuator_models import Models
+from macromicro.thesis.chapter5.electrothermal_runs import StepData
 from macromicro.thesis.chapter5.kiln import KilnRuns
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 

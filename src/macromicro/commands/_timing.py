@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -102,46 +101,41 @@ def table(got: Latency, settings: AnySettings) -> Iterator[str]:
 def _as_json(got: Latency, settings: AnySettings) -> dict[str, Any]:
     import numpy as np
 
+    from macromicro.schema.text import plain
     from macromicro.serve.measuring import SHARES, quantiles
 
     def times(values: Any) -> dict[str, Any]:
         names = [*(f"p{100 * share:g}_s" for share in SHARES), "greatest_s"]
         counts, edges = np.histogram(values, bins=_edges(values))
         return {
-            **{n: _number(x) for n, x in zip(names, quantiles(values), strict=True)},
+            **dict(zip(names, quantiles(values), strict=True)),
             "histogram": {"edges_s": edges.tolist(), "counts": counts.tolist()},
         }
 
-    return {
-        "late": times(got.late),
-        "work": times(got.work),
-        "periods": got.periods,
-        "missed": got.missed,
-        "greatest_share": got.share,
-        "allowed_share": settings.serve.miss_share,
-        "window_s": settings.serve.miss_window,
-        "emergency_stop_s": _number(got.emergency),
-        "loop": got.realtime,
-        "fault": got.fault.message if got.fault is not None else None,
-    }
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None  # JSON has no NaN
+    found: dict[str, Any] = plain(
+        {
+            "late": times(got.late),
+            "work": times(got.work),
+            "periods": got.periods,
+            "missed": got.missed,
+            "greatest_share": got.share,
+            "allowed_share": settings.serve.miss_share,
+            "window_s": settings.serve.miss_window,
+            "emergency_stop_s": got.emergency,
+            "loop": got.realtime,
+            "fault": got.fault.message if got.fault is not None else None,
+        }
+    )
+    return found
 
 
 def _edges(values: Any) -> Any:
     """Ten bins per decade, from 1 us to beyond the largest value."""
     import numpy as np
 
-    most = max(float(values.max()) if len(values) else 0.0, 1e-5)
-    decades = int(np.ceil(np.log10(most / 1e-6)))
-    return np.concatenate(
-        [
-            [min(0.0, float(values.min())) if len(values) else 0.0],
-            np.logspace(-6, decades - 6, 10 * decades + 1),
-        ]
-    )
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    decades = int(np.ceil(np.log10(max(high, 1e-5) / 1e-6)))
+    return np.concatenate([[min(0.0, low)], np.logspace(-6, decades - 6, 10 * decades + 1)])
 
 
 def _draw(got: Latency, period: float) -> Figure:

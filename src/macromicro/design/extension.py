@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import spans
 from macromicro.control.supervisor import DONE, MICRO
 from macromicro.design.response import MoveResult
 from macromicro.recording import Recording
@@ -68,11 +69,10 @@ def extension(recording: Recording) -> list[Extension]:
     [Extension(move=0, start_s=1.0, from_um=400.0, time_s=2.0, left_um=170.0)]
     """
     phase = recording["phase"]
-    on = np.concatenate(([False], phase == MICRO, [False]))
-    enabled, disabled = np.flatnonzero(on[1:] & ~on[:-1]), np.flatnonzero(~on[1:] & on[:-1])
+    enabled = spans(phase == MICRO)
     found = []
-    ends = np.append(enabled, len(phase))[1:]
-    for off, until in zip(disabled, ends, strict=True):
+    ends = [*(on for on, _ in enabled[1:]), len(phase)]
+    for (_, off), until in zip(enabled, ends, strict=False):
         if off >= len(phase) or phase[off] == DONE:
             continue
         held = "micro_reference" in recording

@@ -7,10 +7,9 @@ content, so no other course of CTRL is ahead of these two at any time.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-
+from macromicro.arrays import own
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import PERIOD
@@ -48,20 +47,11 @@ def _held(p: Plant, s: State, goal: float, periods: int, dt: float) -> State:
     return s
 
 
-def copy_state(state: Any) -> Any:
-    """A deep copy of the state, with its relays' memory."""
-    if isinstance(state, np.ndarray):
-        return state.copy()
-    if hasattr(state, "_fields"):
-        return type(state)(*[copy_state(each) for each in state])
-    return state
-
-
 def quickest(plant: Plant, state: State, goal: float, near: float = NEAR) -> float:
     x = state.micro.wire.x
     ctrl = plant.amplifier.full_scale if goal > x else 0.0
     low, high = (goal - near, 1.0) if goal > x else (-1.0, goal + near)
-    taken = compiled(_until)(plant, copy_state(state), ctrl, low, high, PERIOD)
+    taken = compiled(_until)(plant, own(state), ctrl, low, high, PERIOD)
     if taken < 0:
         raise InputError(
             "place", f"{1e3 * goal:.3g} mm", "a place that the stage reaches within a minute"

@@ -102,7 +102,8 @@ def _one(recording: Recording, k: int, span: Span, pitch: float, band: float) ->
     if complete and len(hold) > 1:
         row = entry(hold if coarse else smoothed(hold, round(SMOOTH / dt) | 1), width, dt, 0.0)
         settled = None if row is None else round(row * dt, 9)
-        final = _number(float(np.mean(hold[-tail(len(hold), dt) :])))
+        mean = float(np.mean(hold[-tail(len(hold), dt) :]))
+        final = mean if math.isfinite(mean) else None
     return ProfileResult(
         profile=k,
         stage="macro" if coarse else "micro",
@@ -120,7 +121,3 @@ def _one(recording: Recording, k: int, span: Span, pitch: float, band: float) ->
         final_error=final,
         complete=complete,
     )
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -16,10 +16,10 @@ DT = PERIOD
 ARRIVED = 2.0  # counts; the tolerance of the default sequence
 
 
-def rise_time(x: Array, target: float, share: float = 0.98) -> float:
-    """Time until a move from x[0] first covers a share of the distance."""
+def rise_time(x: Array, target: float) -> float:
+    """Time until a move from x[0] first covers 98 % of the distance."""
     gone = (x - x[0]) / (target - x[0])
-    return float(np.argmax(gone >= share)) * DT if gone.max() >= share else math.nan
+    return float(np.argmax(gone >= 0.98)) * DT if gone.max() >= 0.98 else math.nan
 
 
 def settling_time(x: Array, target: float, share: float = 0.02) -> float:

@@ -53,6 +53,12 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
     return figure, axes
 
 
+def single(height: float, **options: Any) -> tuple[Figure, Any]:
+    """A figure of one panel."""
+    figure, axes = new(height, 1, **options)
+    return figure, axes[0, 0]
+
+
 def thin_out(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
     """At most two points per bin, its least and greatest value, so that peaks are kept.
 
@@ -85,12 +91,24 @@ def note(
     ax.annotate(text, at, offset, textcoords="offset points", **{"fontsize": 8, **options})
 
 
-def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: bool = False) -> None:
+def finish(
+    ax: Any,
+    title: str,
+    /,
+    x: str = "time [s]",
+    y: str = "",
+    *,
+    legend: bool | str = False,
+    **key: Any,
+) -> None:
+    """Title, labels and a legend: above the panel, or at a place in it with options of its own."""
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.set_xlabel(x, fontsize=8.5)
     ax.set_ylabel(y, fontsize=8.5)
     ax.margins(x=0.01)
-    if legend:
+    if isinstance(legend, str):
+        ax.legend(loc=legend, **{"fontsize": 7.5, "frameon": False, **key})
+    elif legend:
         ax.legend(
             fontsize=7.5,
             loc="lower right",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +13,23 @@ from macromicro.design import zero
 from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.tracking import course
 from macromicro.drawing.page import PageFigure
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    finish,
+    line,
+    new,
+    single,
+)
 from macromicro.programme import MACRO
 from macromicro.programme import MICRO as FINE
 from macromicro.recording import Recording
 from macromicro.report.run import CAPTIONS
 from macromicro.runs.job import Ended
-
-if TYPE_CHECKING:
-    pass
 
 
 def draw(ended: Ended) -> Iterator[PageFigure]:
@@ -46,6 +54,11 @@ def first_cycle(ended: Ended) -> slice:
 
 def stages(ended: Ended) -> tuple[int, ...]:
     return tuple(s for s in (MACRO, FINE) if np.any(ended.job.programme.stage == s))
+
+
+def _which(shown: tuple[int, ...]) -> str:
+    """The stages in the name of a caption."""
+    return "both" if len(shown) > 1 else "macro" if shown[0] == MACRO else "micro"
 
 
 def response(ended: Ended) -> PageFigure | None:
@@ -77,8 +90,7 @@ def response(ended: Ended) -> PageFigure | None:
         finish(axes[row, 0], f"(a) {name}" if row == 0 else name, below, what, legend=True)
         finish(axes[row, 1], "(b) the first moves" if row == 0 else "", below)
     several = "the first cycle" if ended.job.request.cycles > 1 else "the whole run"
-    kind = "both" if len(shown) > 1 else "macro" if shown[0] == MACRO else "micro"
-    return CAPTIONS[f"response of {kind}"].page("response", figure, several=several)
+    return CAPTIONS[f"response of {_which(shown)}"].page("response", figure, several=several)
 
 
 def tracking(ended: Ended) -> PageFigure | None:
@@ -129,14 +141,9 @@ def vibration(ended: Ended) -> PageFigure | None:
         line(ax, since[rows], -decay, RED, "", linestyle="--")
         ax.axhspan(-2.0, 2.0, color=GREEN, alpha=0.18, linewidth=0, label="±2 um")
         ax.set_ylim(-2.0 * start - 2.0, 2.0 * start + 2.0)
-    finish(
-        axes[0, 0],
-        "(a) until the laser reset",
-        "time since the carriage stands [s]",
-        "stage position [um]",
-        legend=True,
-    )
-    finish(axes[0, 1], "(b) zoom", "time since the carriage stands [s]")
+    since_rest = "time since the carriage stands [s]"
+    finish(axes[0, 0], "(a) until the laser reset", since_rest, "stage position [um]", legend=True)
+    finish(axes[0, 1], "(b) zoom", since_rest)
     decayed = "" if v.decay_s is None else f" It is down to 2 um after {v.decay_s:.2f} s."
     return CAPTIONS["vibration"].page("vibration", figure, v=v, decayed=decayed)
 
@@ -173,14 +180,8 @@ def micro(ended: Ended) -> PageFigure | None:
     near.axhspan(-5.0, 5.0, color=BLACK, alpha=0.08, linewidth=0)
     near.set_ylim(-3.0 * MICRO_BAND, 3.0 * MICRO_BAND)
     finish(whole, f"(a) cycle {cycle + 1}", y="contraction [mm]", legend=True)
-    near.text(
-        0.98,
-        0.03,
-        f"{zoom.target * 1e-3:g} mm; grey: ±5 um",
-        fontsize=8,
-        transform=near.transAxes,
-        horizontalalignment="right",
-    )
+    words = f"{zoom.target * 1e-3:g} mm; grey: ±5 um"
+    near.text(0.98, 0.03, words, fontsize=8, transform=near.transAxes, ha="right")
     finish(near, "(b)", y="reading - target [um]", legend=True)
     return CAPTIONS["micro"].page("micro", figure)
 
@@ -195,8 +196,7 @@ def efforts(ended: Ended) -> PageFigure | None:
         below = "time [s]" if stage == shown[-1] else ""
         finish(ax, name, below, "D/A output [V]")
     several = " in the first cycle" if ended.job.request.cycles > 1 else ""
-    kind = "both" if len(shown) > 1 else "macro" if shown[0] == MACRO else "micro"
-    return CAPTIONS[f"efforts of {kind}"].page("efforts", figure, several=several)
+    return CAPTIONS[f"efforts of {_which(shown)}"].page("efforts", figure, several=several)
 
 
 def temperatures(ended: Ended) -> PageFigure | None:
@@ -204,8 +204,7 @@ def temperatures(ended: Ended) -> PageFigure | None:
         return None
     recording = ended.recording
     t = recording["t"]
-    figure, axes = new(3.3, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.3)
     kinds = (
         ("true_wire", RED, "wire (bench truth)", 0.8),
         ("temperature_estimate", PURPLE, "wire (guard's estimate)", 0.6),
@@ -224,37 +223,21 @@ def cycles(ended: Ended) -> PageFigure | None:
         return None
     number = [c.cycle for c in ended.cycles]
     figure, axes = new(3.3, 1, 2)
-    nan = float("nan")
-    panels = (
-        (
-            axes[0, 0],
-            "return to zero, to within 20 um",
-            "time [s]",
-            (
-                ("mean of the cycle", BLUE, "o", [c.extension_s for c in ended.cycles]),
-                ("slowest of the cycle", RED, "^", [c.slowest_s for c in ended.cycles]),
-            ),
-        ),
-        (
-            axes[0, 1],
-            "bias at the set points",
-            "target - reading [um]",
-            (
-                ("laser", BLUE, "o", [c.bias_um for c in ended.cycles]),
-                ("left at the laser's reset", RED, "^", [c.left_um for c in ended.cycles]),
-                ("bench truth", GREEN, "s", [c.true_bias_um for c in ended.cycles]),
-            ),
-        ),
-    )
-    for ax, title, label, series in panels:
-        for name, color, marker, values in series:
-            shown = [nan if v is None else v for v in values]
-            if not all(v is None for v in values):
-                ax.plot(
-                    number, shown, color=color, marker=marker, markersize=4, linewidth=1, label=name
-                )
+    times, biases = axes[0]
+    for ax, name, color, marker, label in (
+        (times, "extension_s", BLUE, "o", "mean of the cycle"),
+        (times, "slowest_s", RED, "^", "slowest of the cycle"),
+        (biases, "bias_um", BLUE, "o", "laser"),
+        (biases, "left_um", RED, "^", "left at the laser's reset"),
+        (biases, "true_bias_um", GREEN, "s", "bench truth"),
+    ):
+        values = np.array([getattr(c, name) for c in ended.cycles], float)  # None becomes NaN
+        if np.isfinite(values).any():
+            ax.plot(number, values, marker + "-", color=color, ms=4, linewidth=1, label=label)
+    key: Any = {"legend": "best", "frameon": True, "framealpha": 0.8}
+    finish(times, "return to zero, to within 20 um", "cycle", "time [s]", **key)
+    finish(biases, "bias at the set points", "cycle", "target - reading [um]", **key)
+    for ax in axes[0]:
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
         ax.xaxis.get_major_locator().set_params(integer=True)
-        finish(ax, title, "cycle", label)
-        ax.legend(fontsize=7.5, loc="best", framealpha=0.8)
     return CAPTIONS["cycles"].page("cycles", figure)

@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.page import PageFigure
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new, single
 from macromicro.machines import composite, results
 from macromicro.machines.composite import Composite, names
 from macromicro.machines.joint import contour
@@ -60,8 +60,7 @@ def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
     peak = max((float(np.max(each[3].distance)) for each in every), default=0.0)
     width = max(float(np.ptp(recording[f"{name}_target"])) for name in AXES) * 1e-3
     factor = magnification(peak, max(width, 1e-9))
-    figure, axes = new(7.6, 1)
-    ax = axes[0, 0]
+    figure, ax = single(7.6)
     for *_, color, label in ways:
         for number, (_, x, y, near) in enumerate(found[label]):
             px, py = 1e3 * near.x, 1e3 * near.y
@@ -84,10 +83,11 @@ def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
     )
 
 
-def outline(trace: Any, turn: float = 0.02) -> tuple[Array, Array]:
+def outline(trace: Any) -> tuple[Array, Array]:
+    """Points of a path, on arcs one each 0.02 rad."""
     xs, ys = [], []
     for piece in trace.pieces:
-        n = math.ceil(abs(piece.curvature) * piece.length / turn) + 2
+        n = math.ceil(abs(piece.curvature) * piece.length / 0.02) + 2
         x, y = piece.at(np.linspace(0.0, piece.length, n))
         xs.append(x)
         ys.append(y)

@@ -96,18 +96,18 @@ def _table_of_one(ended: Ended) -> list[Line]:
     fine = ended.job.settings.arrival.tolerance < place.smallest
     unit, scale = (place.finest, 1e6) if fine else (place.fine, 1e3)
     for m in ended.moves:
-        errors = (
-            *(
-                amount(None if x is None else x * scale, 1, unit)
-                for x in (m.peak_error, m.true_peak_error, m.rms_error)
-            ),
-            *(
-                amount(None if x is None else x * scale, 2, unit)
-                for x in (m.overshoot, m.rest_error, m.true_error)
-            ),
-        )
+        way = ((e, 1) for e in (m.peak_error, m.true_peak_error, m.rms_error))
+        rest = ((e, 2) for e in (m.overshoot, m.rest_error, m.true_error))
+        errors = (_scaled(e, scale, digits, unit) for e, digits in (*way, *rest))
         lines.append(_line(m, kind.name, f"{m.target:.6g} {place.unit}", errors))
     return lines
+
+
+def _scaled(error: float | None, scale: float, digits: int, unit: str) -> str:
+    """An error in a finer unit; none and NaN as none."""
+    if error is None or math.isnan(error):
+        return run.NONE
+    return amount(scale * error, digits, unit)
 
 
 def _target(ended: Ended, m: Any) -> str:
@@ -118,16 +118,16 @@ def _target(ended: Ended, m: Any) -> str:
 
 
 def _plane_errors(m: Any) -> Iterator[str]:
-    contour = (None,) * 3 if m.contour is None else (m.contour[0], m.contour[1], m.contour[3])
-    for e in (*contour, *(own.peak_error for own in m.axes)):
-        yield amount(None if e is None or math.isnan(e) else 1e3 * e, 1, "um")
-    yield amount(None if m.true_error is None else 1e3 * m.true_error, 1, "um")
+    c = m.contour
+    contour = (None,) * 3 if c is None else (c.rms, c.peak, c.true_peak)
+    for e in (*contour, *(own.peak_error for own in m.axes), m.true_error):
+        yield _scaled(e, 1e3, 1, "um")
 
 
 def _stage_errors(ended: Ended, m: Any) -> Iterator[str]:
     for (_, one), own in zip(ended.job.setup.machine.stages, m.axes, strict=True):
         for e in (own.peak_error, own.rest_error):
-            yield amount(None if e is None else 1e3 * e, 2, one.kind.place.fine)
+            yield _scaled(e, 1e3, 2, one.kind.place.fine)
 
 
 def verdict(ended: Ended) -> str:

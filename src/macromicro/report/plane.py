@@ -21,13 +21,8 @@ from macromicro.runs import folder
 from macromicro.schema.text import write_text
 
 HEADINGS = (
-    "move",
-    "which",
-    "to [mm]",
-    "arrived after [s]",
-    "profile [s]",
-    "contour error, rms [um]",
-    "peak [um]",
+    *("move", "which", "to [mm]", "arrived after [s]", "profile [s]"),
+    *("contour error, rms [um]", "peak [um]"),
 )
 DRAWN = ("path", "axes")
 FILES = (*report.FILES, *drawings.names(DRAWN))
@@ -67,17 +62,14 @@ def doubts(found: Both, places: tuple[Place, Place]) -> list[str]:
 
 def move_rows(found: Both) -> list[tuple[str, ...]]:
     """The moves of both, under `HEADINGS`."""
-    return [
-        (
-            f"{m.move + 1}",
-            m.name,
-            f"{m.target[0]:.5g}, {m.target[1]:.5g}",
-            "not" if m.arrived_s is None else f"{m.arrived_s:.3f}",
-            f"{m.profile_s:.3f}",
-            *("-" if m.contour is None else f"{1e3 * v:.3g}" for v in (m.contour or (0, 0))[:2]),
-        )
-        for m in found.moves
-    ]
+    lines: list[tuple[str, ...]] = []
+    for m in found.moves:
+        target = f"{m.target[0]:.5g}, {m.target[1]:.5g}"
+        arrived = "not" if m.arrived_s is None else f"{m.arrived_s:.3f}"
+        c = m.contour
+        errors = ("-", "-") if c is None else (f"{1e3 * c.rms:.3g}", f"{1e3 * c.peak:.3g}")
+        lines.append((f"{m.move + 1}", m.name, target, arrived, f"{m.profile_s:.3f}", *errors))
+    return lines
 
 
 def as_json(found: Both, places: tuple[Place, Place]) -> str:

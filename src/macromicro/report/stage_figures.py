@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from macromicro.drawing.page import PageFigure
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new, single
 from macromicro.report.run import CAPTIONS
 from macromicro.runs.job import Ended
 
@@ -34,8 +34,7 @@ def settling(ended: Ended) -> PageFigure:
     r = ended.recording
     place = ended.job.setup.machine.kind.place
     band = ended.job.settings.arrival.tolerance * place.fines
-    figure, axes = new(3.6, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.6)
     error = (r["target"] - r["position"]) * 1e3
     colors = (BLUE, RED, GREEN, ORANGE)
     shown = ended.moves[:4]

@@ -53,16 +53,10 @@ def table(ended: Ended) -> list[Line]:
 
 
 def _line(m: MoveResult, number: int) -> Line:
-    digits = 3 if m.unit == "mm" else 1
-    cells = (
-        f"±{m.band:.2g} {m.unit}",
-        *(
-            amount(value, digits, m.unit)
-            for value in (m.final_error, m.overshoot, m.hall_error, m.true_error)
-        ),
-    )
-    target = f"{m.target:.6g} {m.unit}"
-    return run.line(number, m.stage, target, m.settling_s, m.complete, cells)
+    errors = (m.final_error, m.overshoot, m.hall_error, m.true_error)
+    cells = (amount(value, _digits(m.unit), m.unit) for value in errors)
+    band, target = f"±{m.band:.2g} {m.unit}", f"{m.target:.6g} {m.unit}"
+    return run.line(number, m.stage, target, m.settling_s, m.complete, (band, *cells))
 
 
 def _rests(ended: Ended) -> list[Rest]:
@@ -78,11 +72,10 @@ def verdict(ended: Ended) -> str:
     )
     # A set point that the next one overtakes before its stage's turn is no move.
     planned = len(ended.moves) if ended.finished else planned
-    errors = [t.peak_error * (1e-3 if t.unit == "mm" else 1e-6) for t in ended.tracking]
-    errors += [
-        p.peak_error * (1e-3 if p.unit == "mm" else 1e-6)
-        for p in ended.profiles
-        if p.peak_error is not None
+    errors = [
+        way.peak_error * (1e-3 if way.unit == "mm" else 1e-6)
+        for way in (*ended.tracking, *ended.profiles)
+        if way.peak_error is not None
     ]
     return arrivals.verdict(_rests(ended), planned, followed=max(errors, default=None))
 
@@ -91,41 +84,37 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
     found = [(f"{t.stage}-stage", _tracking(t)) for t in ended.tracking]
     found += [(f"profile {p.profile + 1}", _profile(p)) for p in ended.profiles[:_FEW]]
     if len(ended.profiles) > _FEW:
-        rest = f"{len(ended.profiles) - _FEW} more are in summary.json"
-        found.append(("profiles", rest))
+        found.append(("profiles", f"{len(ended.profiles) - _FEW} more are in summary.json"))
     if ended.vibration:
         found.append(("vibration", _vibration(ended)))
-    returned = [c for c in ended.cycles if c.extension_s is not None]
-    if returned:
+    if any(c.extension_s is not None for c in ended.cycles):
         found.append(("extension", _extension(ended)))
     return [*found, *run.speed(ended)]
 
 
 def _tracking(t: Tracking) -> str:
-    digits = 3 if t.unit == "mm" else 1
-    text = (
-        f"follows {t.targets} targets from {t.start_s:.2f} to {t.end_s:.2f} s, error "
-        f"{t.rms_error:.{digits}f} {t.unit} rms, {t.peak_error:.{digits}f} {t.unit} at most "
-        f"(at {t.peak_s:.2f} s)"
-    )
+    text = f"follows {t.targets} targets from {t.start_s:.2f} to {t.end_s:.2f} s, {_error(t)}"
     if t.lag_s is None:
         return text
-    return (
-        f"{text}; the lag is {t.lag_s * 1e3:.0f} ms, without which "
-        f"{t.rms_without_lag:.{digits}f} {t.unit}rms remain"
-    )
+    left = amount(t.rms_without_lag, _digits(t.unit), t.unit)
+    return f"{text}; the lag is {t.lag_s * 1e3:.0f} ms, without which {left} rms remain"
+
+
+def _error(way: Tracking | ProfileResult) -> str:
+    rms, peak = (amount(e, _digits(way.unit), way.unit) for e in (way.rms_error, way.peak_error))
+    return f"error {rms} rms, {peak} at most (at {way.peak_s:.2f} s)"
+
+
+def _digits(unit: str) -> int:
+    return 3 if unit == "mm" else 1
 
 
 def _profile(p: ProfileResult) -> str:
-    digits = 3 if p.unit == "mm" else 1
     text = (
         f"{p.stage} from {p.origin:.6g} to {p.target:.6g} {p.unit} in {p.end_s - p.start_s:.3f} s"
     )
     if p.rms_error is not None:
-        text += (
-            f", error {p.rms_error:.{digits}f} {p.unit} rms, {p.peak_error:.{digits}f} {p.unit} at "
-            f"most (at {p.peak_s:.2f} s)"
-        )
+        text += f", {_error(p)}"
     if p.settled_s is not None:
         text += f"; within {p.band:.2g} {p.unit} {p.settled_s:.3f} s after its end"
     elif p.complete and p.final_error is not None:

@@ -29,6 +29,7 @@ FIGURES = tuple(CAPTIONS)
 _BARS = 6
 _LABEL = 42  # characters of a line below a panel
 _FAINT = "0.45"
+_HATCHED: dict[str, Any] = {"facecolor": "white", "hatch": "////", "linewidth": 0.6}
 
 
 def draw(study: Study) -> Iterator[PageFigure]:
@@ -44,8 +45,7 @@ def _yields(study: Study) -> PageFigure:
     found, whole = yields(study), overall(study)
     labels = [f"{y.requirement.metric.meaning}\n{y.requirement.text}" for y in found]
     shares = [y.all for y in found]
-    figure, axes = style.new(0.9 + 0.48 * (len(found) + 1), 1)
-    ax = axes[0, 0]
+    figure, ax = style.single(0.9 + 0.48 * (len(found) + 1))
     figure.subplots_adjust(left=0.37)
     places = np.arange(len(found) + 1)[::-1]
     for place, s, colour in zip(
@@ -87,13 +87,7 @@ def _legend(figure: Figure, height: float) -> None:
         handles=[
             Patch(facecolor=BLUE, label="at the low end"),
             Patch(facecolor=ORANGE, label="at the high end"),
-            Patch(
-                facecolor="white",
-                edgecolor=_FAINT,
-                hatch="////",
-                linewidth=0.6,
-                label="never settled, or stopped",
-            ),
+            Patch(**_HATCHED, edgecolor=_FAINT, label="never settled, or stopped"),
             Line2D([], [], color=BLACK, linewidth=0.9, label="nominal"),
         ],
         loc="upper center",
@@ -127,19 +121,10 @@ def _bars(ax: Any, study: Study, name: str, letter: str) -> None:
 def _pair(ax: Any, place: int, each: Influence, middle: float, edge: float) -> None:
     """The bars of both ends, one below the other where both have the same sign."""
     for value, colour, offset in ((each.low, BLUE, 0.19), (each.high, ORANGE, -0.19)):
-        if math.isfinite(value):
-            ax.barh(place + offset, value - middle, left=middle, height=0.36, color=colour)
-        else:
-            ax.barh(
-                place + offset,
-                edge - middle,
-                left=middle,
-                height=0.36,
-                facecolor="white",
-                edgecolor=colour,
-                hatch="////",
-                linewidth=0.6,
-            )
+        known = math.isfinite(value)
+        length = (value if known else edge) - middle
+        looks = {"color": colour} if known else {**_HATCHED, "edgecolor": colour}
+        ax.barh(place + offset, length, left=middle, height=0.36, **looks)
 
 
 def _label(each: Influence) -> str:
@@ -206,29 +191,18 @@ def _scatter(study: Study) -> PageFigure:
     stopped = study.column("fault") > 0.0
     figure, axes = style.new(3.9, 1, 2)
     titles = (f"(a) {requirement.metric.meaning}\n     {requirement.text}", "(b) everything")
+    looks = ((GREEN, "o", "met"), (RED, "x", "not met"))
     groups = (
-        (
-            (met, GREEN, "o", "met"),
-            (known & ~met, RED, "x", "not met"),
-            (~known, BLACK, "+", "not known"),
-        ),
-        (
-            (every, GREEN, "o", "met"),
-            (~every & ~stopped, RED, "x", "not met"),
-            (stopped, BLACK, "+", "stopped by the guard"),
-        ),
+        ((met, known & ~met, ~known), (*looks, (BLACK, "+", "not known"))),
+        ((every, ~every & ~stopped, stopped), (*looks, (BLACK, "+", "stopped by the guard"))),
     )
-    for ax, title, group in zip(axes[0], titles, groups, strict=True):
-        for chosen, colour, marker, label in group:
-            ax.scatter(
-                x[chosen], y[chosen], s=16, c=colour, marker=marker, label=label, linewidths=1.0
-            )
-        style.finish(ax, title, _axis(first))
-        ax.set_ylabel(_axis(second), fontsize=8.5)
+    below: Any = {"legend": "upper center", "bbox_to_anchor": (0.5, -0.16), "ncols": 3}
+    for ax, title, (sets, styles) in zip(axes[0], titles, groups, strict=True):
+        for chosen, (colour, marker, label) in zip(sets, styles, strict=True):
+            points = (x[chosen], y[chosen])
+            ax.scatter(*points, s=16, c=colour, marker=marker, label=label, linewidths=1.0)
+        style.finish(ax, title, _axis(first), _axis(second), **below)
         ax.margins(0.03)
-        ax.legend(
-            fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False
-        )
     figure.subplots_adjust(top=0.86, bottom=0.22)
     tried = len(study.subject.uncertain)
     one, other = (words.rank(each.correlation, tried) for each in ranked[:2])

@@ -30,14 +30,8 @@ def yields(study: Study) -> list[Yield]:
         met = study.met(requirement)
         known = int((~np.isnan(study.column(name))).sum())
         passed = int(met.sum())
-        found.append(
-            Yield(
-                requirement,
-                share(passed, len(met)),
-                share(passed, known),
-                float(study.nominal[study.at(name)]),
-            )
-        )
+        shares = share(passed, len(met)), share(passed, known)
+        found.append(Yield(requirement, *shares, float(study.nominal[study.at(name)])))
     return found
 
 

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import macromicro
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture, fill, save_figures
 from macromicro.robustness import _figures, words
-from macromicro.robustness._findings import Worst, influences, overall, worst, yields
+from macromicro.robustness._findings import Influence, Worst, influences, overall, worst, yields
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, rank_correlation, spread
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
@@ -73,31 +73,28 @@ def _cell(value: float) -> str:
 
 def as_json(study: Study, about: About) -> str:
     """Everything but the pictures."""
-    return (
-        json.dumps(plain(dict(_content(study, about)), spelled=True), indent=2, allow_nan=False)
-        + "\n"
-    )
+    content = plain(_content(study, about), spelled=True)
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
-    request, whole = study.request, overall(study)
-    yield "version", macromicro.__version__
-    yield "machine", study.subject.name
-    yield "programme", about.programme
-    yield "fan", about.fan
-    yield "started", about.started
-    yield "seconds", about.seconds
-    yield "overrides", about.overrides
-    yield "seed", request.seed
-    yield "samples", request.samples
-    yield "samples_done", len(study.rows)
-    yield "interrupted", study.interrupted
-    yield "remarks", words.remarks(study)
-    yield "interval", f"Clopper-Pearson, {CONFIDENCE:.0%}"
-    yield "parameters", [u._asdict() for u in study.subject.uncertain]
-    yield (
-        "requirements",
-        [
+def _content(study: Study, about: About) -> dict[str, Any]:
+    request = study.request
+    return {
+        "version": macromicro.__version__,
+        "machine": study.subject.name,
+        "programme": about.programme,
+        "fan": about.fan,
+        "started": about.started,
+        "seconds": about.seconds,
+        "overrides": about.overrides,
+        "seed": request.seed,
+        "samples": request.samples,
+        "samples_done": len(study.rows),
+        "interrupted": study.interrupted,
+        "remarks": words.remarks(study),
+        "interval": f"Clopper-Pearson, {CONFIDENCE:.0%}",
+        "parameters": [u._asdict() for u in study.subject.uncertain],
+        "requirements": [
             {
                 "metric": y.requirement.metric.name,
                 "unit": y.requirement.metric.unit,
@@ -109,34 +106,18 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
             }
             for y in yields(study)
         ],
-    )
-    yield "overall", whole._asdict()
-    yield (
-        "metrics",
-        {
+        "overall": overall(study)._asdict(),
+        "metrics": {
             m.name: {
                 "unit": m.unit,
                 "meaning": m.meaning,
                 "nominal": study.nominal[k],
                 **_spread(study, m.name),
-                "influences": [
-                    {
-                        "parameter": i.parameter.name,
-                        "low": i.low,
-                        "high": i.high,
-                        "effect": i.effect,
-                        "rank_correlation": i.correlation.value,
-                        "p_value": i.correlation.p,
-                    }
-                    for i in influences(study, m.name)
-                ],
+                "influences": [_as_row(i) for i in influences(study, m.name)],
             }
             for k, m in enumerate(study.quantities)
         },
-    )
-    yield (
-        "worst",
-        [
+        "worst": [
             {
                 "metric": w.requirement.metric.name,
                 "value": w.value,
@@ -148,7 +129,18 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
             }
             for w in worst(study)
         ],
-    )
+    }
+
+
+def _as_row(i: Influence) -> dict[str, Any]:
+    return {
+        "parameter": i.parameter.name,
+        "low": i.low,
+        "high": i.high,
+        "effect": i.effect,
+        "rank_correlation": i.correlation.value,
+        "p_value": i.correlation.p,
+    }
 
 
 def _spread(study: Study, metric: str) -> dict[str, Any]:
@@ -197,15 +189,11 @@ def _correlations(study: Study) -> list[tuple[str, ...]]:
 
 def _worst(study: Study, about: About, out: str) -> list[tuple[str, str, str, str]]:
     """Metric, value, limit and the command that repeats the case."""
-    return [
-        (
-            w.requirement.metric.meaning,
-            words.worst_value(study, w),
-            w.requirement.text,
-            words.replay(study, w, about, out),
-        )
-        for w in worst(study)
-    ]
+    rows = []
+    for w in worst(study):
+        needed, replay = w.requirement, words.replay(study, w, about, out)
+        rows.append((needed.metric.meaning, words.worst_value(study, w), needed.text, replay))
+    return rows
 
 
 def _parameters(study: Study) -> list[tuple[str, str, str, str, str]]:

@@ -25,7 +25,7 @@ class Share(NamedTuple):
     high: float
 
 
-def share(passed: int, total: int, confidence: float = CONFIDENCE) -> Share:
+def share(passed: int, total: int) -> Share:
     """A share with its exact Clopper-Pearson interval."""
     from scipy.stats import binomtest
 
@@ -33,7 +33,7 @@ def share(passed: int, total: int, confidence: float = CONFIDENCE) -> Share:
         raise ValueError(f"{passed} of {total}")
     if total == 0:
         return Share(0, 0, math.nan, math.nan, math.nan)
-    low, high = binomtest(passed, total).proportion_ci(confidence, method="exact")
+    low, high = binomtest(passed, total).proportion_ci(CONFIDENCE, method="exact")
     return Share(passed, total, passed / total, float(low), float(high))
 
 

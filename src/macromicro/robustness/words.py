@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from typing import NamedTuple
 
 import numpy as np
@@ -73,12 +74,13 @@ def top_influences(study: Study, metric: str, count: int) -> list[Influence]:
     return [i for i in influences(study, metric) if i.effect > 0.0][:count]
 
 
-def influence(study: Study, metric: str, count: int = 3) -> str:
+def influence(study: Study, metric: str) -> str:
+    """The three strongest in words."""
     unit = study.metric(metric).unit
     parts = [
         f"{i.parameter.name} ({amount(i.parameter, i.parameter.low)}: {_end(i, i.low, unit)}, "
         f"{amount(i.parameter, i.parameter.high)}: {_end(i, i.high, unit)})"
-        for i in top_influences(study, metric, count)
+        for i in top_influences(study, metric, 3)
     ]
     ran = int((~np.isnan(study.single[:, :, 0])).sum())
     return ", ".join(parts) or ("no varied parameter changes it" if ran else "not run")
@@ -115,14 +117,8 @@ def replay(study: Study, found: Worst, about: About, folder: str) -> str:
     seed = study.request.seed + found.sample
     place = f"{folder}/{file_name(found)}" if folder else file_name(found)
     fan = " --fan" if about.fan else ""
-    what = f"{_quote(about.programme)} " if about.programme else ""
-    return f"macromicro run {what}--config {_quote(place)} --seed {seed}{fan}"
-
-
-def _quote(text: str) -> str:
-    import shlex
-
-    return shlex.quote(text)
+    what = f"{shlex.quote(about.programme)} " if about.programme else ""
+    return f"macromicro run {what}--config {shlex.quote(place)} --seed {seed}{fan}"
 
 
 def remarks(study: Study) -> list[str]:

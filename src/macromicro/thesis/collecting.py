@@ -96,17 +96,17 @@ def _kiln(lab: Lab) -> Recordings:
 
 
 def _electrothermal(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter5 import _electrothermal_runs
+    from macromicro.thesis.chapter5 import electrothermal_runs
 
-    found = _electrothermal_runs.collect(lab.bench(), lab.seed)
+    found = electrothermal_runs.collect(lab.bench(), lab.seed)
     made = {f"step-{v:g}V": join(runs, _about(lab)) for v, runs in found.steps.items()}
     return made | {f"cooling-{v:g}V": join(r, _about(lab)) for v, r in found.cooled.items()}
 
 
 def _actuator(lab: Lab) -> Recordings:
-    from macromicro.thesis import heats
+    from macromicro.thesis.chapter5 import electrothermal_runs
 
-    runs = list(heats.records(lab.bench(), lab.seed))
+    runs = electrothermal_runs.for_actuator(lab.bench(), lab.seed)
     quick = min(r.dt for r in runs)
     return {
         name: join([r for r in runs if (r.dt == quick) == (name == "quick")], _about(lab))

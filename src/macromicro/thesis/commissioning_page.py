@@ -50,7 +50,11 @@ def write(found: Commissioned, name: str, started: str) -> None:
         "directions": json.loads((found.out / DIRECTIONS).read_text(encoding="utf-8")),
         "parts": found.found,
         "doubts": found.doubts,
-        "verification": {"met": found.met, "why": found.why, "moves": _moves(found)},
+        "verification": {
+            "met": found.met,
+            "why": found.why,
+            "moves": [m._asdict() for m in found.ended.moves],
+        },
     }
     with folder.staging(found.out) as stage:
         write_text(stage / PAGE, text)
@@ -86,10 +90,6 @@ def moves(found: Commissioned) -> list[tuple[str, ...]]:
         shown = ("-" if e is None else f"{e:.3g}" for e in errors)
         lines.append((f"{m.move + 1}", m.stage, f"{m.target:g}", m.unit, late, *shown))
     return lines
-
-
-def _moves(found: Commissioned) -> list[dict[str, Any]]:
-    return [m._asdict() for m in found.ended.moves]
 
 
 def _pictures(out: Path) -> list[Picture]:

@@ -77,8 +77,7 @@ def _bode(gain: Any, phase: Any, pair: Sequence[Bode]) -> None:
     gain.axhline(0.0, color=BLACK, linewidth=0.7)
     phase.axhline(-180.0, color=BLACK, linewidth=0.7)
     finish(gain, pair[0].title, "", "gain [dB]", legend=True)
-    finish(phase, "Phase", "frequency [Hz]", "[deg]")
-    phase.legend(fontsize=7.5, loc="lower left", frameon=False)
+    finish(phase, "Phase", "frequency [Hz]", "[deg]", legend="lower left")
 
 
 def _decibels(loop: Complex) -> Array:

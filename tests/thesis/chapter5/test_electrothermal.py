@@ -9,9 +9,9 @@ import pytest
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.identify.heating import AMBIENT, cooling
-from macromicro.thesis.chapter5._electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.chapter5.electrothermal import FAST_S
+from macromicro.thesis.chapter5.electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
 from macromicro.thesis.chapter5.kiln import KilnRuns
 from macromicro.thesis.contents import find
 

@@ -12,9 +12,9 @@ from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_models
-from macromicro.thesis.chapter5._electrothermal_runs import StepData
+from macromicro.thesis.chapter5 import actuator_models, electrothermal_runs
 from macromicro.thesis.chapter5.actuator_models import Models
+from macromicro.thesis.chapter5.electrothermal_runs import StepData
 
 PRINTED = from_transfer(*heating.PRINTED)
 
@@ -95,7 +95,7 @@ def test_cooling_record_without_cooling_is_refused(stepped: StepData, models: Mo
 def test_full_model_fails_as_the_thesis_says(models: Models) -> None:
     """Claim S10: steady within 5 % of stroke at 1.5-1.6 V; at 1.8 V the dynamic error is at
     least 3 times that at 1.575 V."""
-    for volts in _electrothermal_runs.BELOW_STOP:
+    for volts in electrothermal_runs.BELOW_STOP:
         assert abs(models.steps[volts].steady) < 0.05
     assert models.steps[1.8].dynamic > 3.0 * models.steps[1.575].dynamic
 

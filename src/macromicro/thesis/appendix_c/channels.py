@@ -6,6 +6,8 @@ The way into the recording is traced: a marked period is written with the loop's
 from __future__ import annotations
 
 import math
+import tomllib
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +25,9 @@ from macromicro.thesis.procedure import Lab
 from macromicro.types import SAFE, Command, Outputs, Sample
 from macromicro.units import quantity
 
+_FACTS: dict[str, dict[str, str]] = tomllib.loads(
+    Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+)
 MARK = 0.5  # a number that phases and faults, which are whole, are not
 
 
@@ -50,11 +55,11 @@ class Channel(NamedTuple):
 
     name: str
     direction: str  # "in" or "out"
-    hardware: str
-    range: str
-    step: str
     safe: str
     ways: tuple[Way, ...]
+    hardware: str = "not in the thesis"
+    range: str = ""
+    step: str = ""
 
 
 def ways() -> list[Way]:
@@ -95,72 +100,39 @@ def _marked_column(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float6
 
 
 def channels(settings: Settings) -> list[Channel]:
-    traced = ways()
-    facts = {**_inputs(settings), **_outputs(settings)}
+    traced, values = ways(), _values(settings)
     rows = []
     for part, fields in (("sample", Sample._fields[1:]), ("outputs", Outputs._fields)):
         for name in fields:
-            hardware, span, step = facts.get(name, ("not in the thesis", "", ""))
+            facts = _FACTS.get(name, {})
+            words = {what: text.format(**values) for what, text in facts.items()}
             own = tuple(w for w in traced if (w.part, w.field) == (part, name))
             out = part == "outputs"
             safe = f"{getattr(SAFE, name):g}" if out else ""
-            rows.append(Channel(name, "out" if out else "in", hardware, span, step, safe, own))
+            rows.append(Channel(name, "out" if out else "in", safe, own, **words))
     return rows
 
 
-def _inputs(settings: Settings) -> dict[str, tuple[str, str, str]]:
-    """Hardware, range and step of each field of `Sample` except the time."""
-    encoder, converter = settings.sensors.encoder, settings.sensors.converter
-    driver, laser = settings.bench.driver, settings.sensors.laser
-    volts = converter.full_scale / 2.0**converter.bits
+def _values(settings: Settings) -> dict[str, object]:
+    """The values of the placeholders in `channels.toml`."""
+    sensors, board, driver = settings.sensors, settings.bench.amplifier, settings.bench.driver
     return {
-        "encoder": (
-            f"optical encoder of the carriage, {encoder.bits:g}-bit counter",
-            f"±2^{encoder.bits - 1:g} counts",
-            f"1 count, {1e6 * encoder.pitch:.2f} um",
-        ),
-        "hall": (
-            f"Hall sensor, A/D of {converter.bits:g} bits and sign",
-            f"±{converter.full_scale:g} V",
-            f"{1e3 * volts:.4f} mV",
-        ),
-        "laser": ("laser interferometer", "since its reset", f"{1e9 * laser.resolution:g} nm"),
-        "extend": (
-            "EXTEND of the actuator, digital input",
-            f"1 up to {1e3 * driver.extend_on:g} mm",
-            "",
-        ),
-        "contract": (
-            "CONTRACT of the actuator, digital input; it cuts the wires' current itself",
-            f"1 from {1e3 * driver.contract_on:g} to below {1e3 * driver.contract_off:g} mm",
-            "",
-        ),
-    }
-
-
-def _outputs(settings: Settings) -> dict[str, tuple[str, str, str]]:
-    """Hardware, range and step of each field of `Outputs`."""
-    board, limits = settings.bench.amplifier, settings.guard
-    step = f"{2e3 * board.full_scale / 2.0**board.bits:.4f} mV"
-    analog = f"D/A of {board.bits:g} bits, PWM amplifier of {board.supply:g} V,"
-
-    def duty(most: float) -> str:
-        return f"{analog} {100.0 * most:g} % duty at {board.full_scale:g} V"
-
-    return {
-        "motor": (
-            f"{duty(board.motor_duty)}: motor of the carriage",
-            f"±{min(limits.motor, board.full_scale):g} V",
-            step,
-        ),
-        "ctrl": (
-            f"{duty(board.ctrl_duty)}: CTRL of the actuator, "
-            f"whose supply is {settings.bench.driver.supply:g} V",
-            f"0 to {min(limits.ctrl, board.full_scale):g} V",
-            step,
-        ),
-        "fan": ("cooling fan, digital output", "0 or 1", ""),
-        "laser_reset": ("reset of the laser, digital output", "0 or 1", ""),
+        "sensors": sensors,
+        "board": board,
+        "driver": driver,
+        "sign_bit": sensors.encoder.bits - 1,
+        "pitch_um": 1e6 * sensors.encoder.pitch,
+        "hall_mv": 1e3 * sensors.converter.full_scale / 2.0**sensors.converter.bits,
+        "laser_nm": 1e9 * sensors.laser.resolution,
+        "extend_on": 1e3 * driver.extend_on,  # mm
+        "contract_on": 1e3 * driver.contract_on,
+        "contract_off": 1e3 * driver.contract_off,
+        "analog": f"D/A of {board.bits:g} bits, PWM amplifier of {board.supply:g} V,",
+        "motor_duty": 100.0 * board.motor_duty,  # %
+        "ctrl_duty": 100.0 * board.ctrl_duty,
+        "motor": min(settings.guard.motor, board.full_scale),  # V
+        "ctrl": min(settings.guard.ctrl, board.full_scale),
+        "output_mv": 2e3 * board.full_scale / 2.0**board.bits,
     }
 
 
@@ -174,26 +146,13 @@ def collect(lab: Lab) -> Wiring:
 
 
 def channel_table(data: Wiring) -> Drawn:
-    rows: list[tuple[str, ...]] = [
-        (
-            c.name,
-            c.direction,
-            c.ways[0].unit,
-            c.hardware,
-            c.range,
-            c.step,
-            c.safe,
-            ", ".join(f"{w.column.name} [{w.column.unit}]{_times(w)}" for w in c.ways),
-        )
-        for c in data.channels
-    ]
-    return caption(
-        "Table C.1",
-        Grid(
-            ("channel", "direction", "unit", "hardware", "range", "step", "safe", "recorded as"),
-            rows,
-        ),
-    )
+    rows: list[tuple[str, ...]] = []
+    for c in data.channels:
+        recorded = ", ".join(f"{w.column.name} [{w.column.unit}]{_times(w)}" for w in c.ways)
+        unit = c.ways[0].unit
+        rows.append((c.name, c.direction, unit, c.hardware, c.range, c.step, c.safe, recorded))
+    headings = ("channel", "direction", "unit", "hardware", "range", "step", "safe", "recorded as")
+    return caption("Table C.1", Grid(headings, rows))
 
 
 def signals(data: Wiring) -> Drawn:

@@ -11,7 +11,18 @@ import numpy as np
 from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, dots, finish, new, note
+from macromicro.drawing.style import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    dots,
+    finish,
+    new,
+    note,
+    single,
+)
 from macromicro.errors import MacromicroError
 from macromicro.identify.clusters import within
 from macromicro.kernel import compiled, kernel
@@ -400,8 +411,7 @@ def _light(ax: Axes, values: Array) -> None:
 
 def _time(number: str, column: str, data: CycleData) -> Drawn:
     values = getattr(_measure(data), column)
-    figure, axes = new(3.4, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.4)
     _light(ax, values)
     _draw_printed(ax, printed_value(CAPTIONS[number].claims[0]))
     finish(ax, "", "cycle", f"{NAMES[column]} [s]", legend=True)
@@ -455,8 +465,7 @@ def rise_and_fall(data: CycleData) -> Drawn:
 
 def _share(number: str, which: int, data: CycleData) -> Drawn:
     both = shares(data.counts)
-    figure, axes = new(3.4, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.4)
     cycle = np.arange(1, both[which].shape[1] + 1)
     for (level, colour, marker), values in zip(LEVELS, both[which], strict=True):
         ax.plot(

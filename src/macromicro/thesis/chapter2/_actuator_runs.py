@@ -50,7 +50,7 @@ def strain(p: Alloy, stress: float, austenite: float, share: float) -> float:
     return stress * elastic + (1.0 - austenite) * share * p.plateau_strain
 
 
-_HANGING = Load(0.0, 0.0, 0.0)
+_HANGING = Load(0.0, 0.0, 0.0)  # without a load of its own
 ROOM, HOT = 25.0, 125.0
 
 
@@ -136,7 +136,6 @@ RATE = 10.0 / 60.0  # K/s
 RESISTANCE = 100.0  # K/W
 LOW, HIGH = 5.0, 120.0
 DT = 0.2
-_LOOSE = Load(0.0, 0.0, 0.0)
 
 
 class Scan(NamedTuple):
@@ -161,35 +160,29 @@ def scan(s: Specimen) -> tuple[Scan, Scan]:
     ramp = np.arange(LOW, HIGH, RATE * DT)
     furnace = np.concatenate((ramp, ramp[::-1]))
     sample = np.empty_like(furnace)
-    start = micro.cold_wire(s.wire, _LOOSE, s.table, LOW)
-    _ramp(s, start, furnace, sample)
-    flow = (furnace - sample) / RESISTANCE
-    mass = DENSITY * s.area * s.length
-    half = len(ramp)
-    return (
-        Scan(furnace[:half], sample[:half], flow[:half], mass),
-        Scan(furnace[half:], sample[half:], flow[half:], mass),
-    )
-
-
-def _ramp(s: Specimen, state: wire.WireState, furnace: Array, sample: Array) -> None:
+    state = micro.cold_wire(s.wire, _HANGING, s.table, LOW)
     for k in range(len(furnace)):
         sample[k] = state.temperature
         gain = (furnace[k] - state.temperature) / RESISTANCE * DT
-        state = wire.heated(s.wire, _LOOSE, s.table, state, gain, 0.0, s.capacity)
+        state = wire.heated(s.wire, _HANGING, s.table, state, gain, 0.0, s.capacity)
+    flow = (furnace - sample) / RESISTANCE
+    mass = DENSITY * s.area * s.length
+    up, down = slice(None, len(ramp)), slice(len(ramp), None)
+    rising = Scan(furnace[up], sample[up], flow[up], mass)
+    return rising, Scan(furnace[down], sample[down], flow[down], mass)
 
 
-def peak(trace: Scan, settled: float = 10.0, quiet: float = 4.0) -> Peak:
+def peak(trace: Scan) -> Peak:
     """The peak of one direction, by the usual constructions.
 
-    Baseline: a straight line between the mean flows over `quiet` [K] after the first
-    `settled` [K], in which the ramp settles, and over the last `quiet` [K]. Onset and end: the
-    steepest tangents before and after the top, extended to the baseline, averaged over 1 K.
+    Baseline: a straight line between the mean flows over 4 K after the first 10 K, in which the
+    ramp settles, and over the last 4 K. Onset and end: the steepest tangents before and after the
+    top, extended to the baseline, averaged over 1 K.
     """
     t, flow = trace.sample, trace.flow
-    gone = np.abs(t - t[0])
-    first = (gone > settled) & (gone <= settled + quiet)
-    last = gone > gone[-1] - quiet
+    gone, settled = np.abs(t - t[0]), 10.0
+    first = (gone > settled) & (gone <= settled + 4.0)
+    last = gone > gone[-1] - 4.0
     (t1, t2), (f1, f2) = ([float(c[part].mean()) for part in (first, last)] for c in (t, flow))
     over = flow - (f1 + (t - t1) * (f2 - f1) / (t2 - t1))
     inside = np.flatnonzero((gone > settled) & (gone < gone[-1] - 1.0))
@@ -199,10 +192,8 @@ def peak(trace: Scan, settled: float = 10.0, quiet: float = 4.0) -> Peak:
     width = round(1.0 / (RATE * DT)) | 1
     smooth = np.convolve(over, np.full(width, 1.0 / width), "same")
     steep = np.gradient(smooth, DT * RATE * sign)
-    rise = inside[inside < top]
-    fall = inside[inside > top]
-    before = int(rise[np.argmax(steep[rise])])
-    after = int(fall[np.argmin(steep[fall])])
+    rise, fall = inside[inside < top], inside[inside > top]
+    before, after = int(rise[np.argmax(steep[rise])]), int(fall[np.argmin(steep[fall])])
     onset, end = (float(t[k] - smooth[k] / steep[k]) for k in (before, after))
     return Peak(onset, float(t[top]), end, heat)
 
@@ -262,36 +253,17 @@ def collect(bench: Bench) -> Principle:
     cycle = test_wires(
         s, *path((ROOM, both), (HOT, both), (HOT, STAYING), (ROOM, STAYING), (ROOM, both))
     )
-    return Principle(
-        s,
-        major,
-        (up, down),
-        minor,
-        pulled,
-        cycle,
-        _bench_cycle(s, cycle),
-        law_cycle(Alloy()),
-        scan(s),
-    )
+    lifted, each = LIFTED * GRAM_FORCE / s.area, (len(cycle.load) - 1) // 4
+    own = _cycle(cycle.extension / s.length, cycle.load / s.area, each, lifted)
+    law = law_cycle(Alloy())
+    return Principle(s, major, (up, down), minor, pulled, cycle, own, law, scan(s))
 
 
-def _bench_cycle(s: Specimen, r: Readings) -> Cycle:
-    each = (len(r.load) - 1) // 4
-    return _cycle(
-        r.extension / s.length,
-        r.load / s.area,
-        (0, each, 2 * each, 3 * each),
-        LIFTED * GRAM_FORCE / s.area,
-    )
-
-
-def _cycle(
-    strains: Array, stresses: Array, states: tuple[int, int, int, int], lifted: float
-) -> Cycle:
-    area = enclosed_area(strains, stresses)
-    return Cycle(
-        strains, stresses, states, area, lifted * float(strains[states[0]] - strains[states[1]])
-    )
+def _cycle(strains: Array, stresses: Array, each: int, lifted: float) -> Cycle:
+    """A cycle of four legs, each of as many points, that lifts a stress [Pa] from A to B."""
+    lifting = lifted * float(strains[0] - strains[each])
+    states = (0, each, 2 * each, 3 * each)
+    return Cycle(strains, stresses, states, enclosed_area(strains, stresses), lifting)
 
 
 def law_cycle(alloy: Alloy, each: int = 100) -> Cycle:
@@ -319,12 +291,12 @@ def law_cycle(alloy: Alloy, each: int = 100) -> Cycle:
     strains = np.array(
         [strain(alloy, *v) for v in zip(stresses, shares, share, strict=True)], dtype=float
     )
-    return _cycle(strains, stresses, (0, each, 2 * each, 3 * each), LAW_HIGH - BIAS)
+    return _cycle(strains, stresses, each, LAW_HIGH - BIAS)
 
 
-def load_and_unload(alloy: Alloy, austenite: float, top: float, points: int = 200) -> Law:
+def load_and_unload(alloy: Alloy, austenite: float, top: float) -> Law:
     """Loading to `top` [Pa] and unloading by the law, at a share of austenite, twinned."""
-    stresses = np.concatenate((np.linspace(0.0, top, points), np.linspace(top, 0.0, points)))
+    stresses = np.concatenate((np.linspace(0.0, top, 200), np.linspace(top, 0.0, 200)))
     share, strains = 0.0, np.empty_like(stresses)
     for k, value in enumerate(stresses.tolist()):
         share = detwinned_share(alloy, value, share)

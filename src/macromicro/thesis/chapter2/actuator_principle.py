@@ -21,6 +21,7 @@ from macromicro.drawing.style import (
     line,
     new,
     note,
+    single,
 )
 from macromicro.schema.par import Par
 from macromicro.thesis.chapter2 import _actuator_runs as runs
@@ -73,6 +74,7 @@ def temperature(p: Filament, current: Array, dt: float) -> Array:
 
 
 _SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, BLACK)
+_LAW = ("martensite", "unloading")  # names of the two legs
 
 
 def hysteresis(data: Principle) -> Drawn:
@@ -90,9 +92,9 @@ def hysteresis(data: Principle) -> Drawn:
             above = level == length[0]
             note(major, f"${letter}_{mark}$", (place, level), (-4, 6 if above else -14), fontsize=9)
     _branches(minor, data.minor)
-    finish(major, "(a) major loop", "temperature [degC]", "length - cold, unloaded length [mm]")
-    finish(minor, "(b) minor loops", "temperature [degC]")
-    major.legend(fontsize=8, loc="lower left", frameon=False)
+    labels = ("temperature [degC]", "length - cold, unloaded length [mm]")
+    finish(major, "(a) major loop", *labels, legend="lower left")
+    finish(minor, "(b) minor loops", labels[0])
     major.set_ylim(-4.6, 0.6)
     (a_s, a_f, _), (m_s, m_f, _) = data.turnings
     return caption("2.8", figure, load=runs.LOAD, a_s=a_s, a_f=a_f, m_s=m_s, m_f=m_f)
@@ -108,31 +110,24 @@ def stress_strain(data: Principle) -> Drawn:
     alloy = Alloy()
     figure, axes = new(3.7, 1, 3)
     phases, between, wires = axes[0]
-    for k, top in enumerate((90e6, 115e6, 140e6, 200e6)):
-        run = runs.load_and_unload(alloy, 0.0, top)
-        half = len(run.stress) // 2
-        x, y = 100.0 * run.strain, 1e-6 * run.stress
-        name = "martensite" if k == 3 else ""
-        line(phases, x[:half], y[:half], BLUE, name)
-        line(phases, x[half:], y[half:], BLUE, "unloading" if k == 3 else "", linestyle="--")
-    run = runs.load_and_unload(alloy, 1.0, 200e6)
-    line(phases, 100.0 * run.strain, 1e-6 * run.stress, RED, "austenite")
+    for top, *names in ((90e6, "", ""), (115e6, "", ""), (140e6, "", ""), (200e6, *_LAW)):
+        up, down = _law(alloy, 0.0, top)
+        line(phases, *up, BLUE, names[0])
+        line(phases, *down, BLUE, names[1], linestyle="--")
+    for leg, name in zip(_law(alloy, 1.0, 200e6), ("austenite", ""), strict=True):
+        line(phases, *leg, RED, name)
     for share, colour in zip((0.0, 0.25, 0.5, 0.75, 1.0), _SERIES, strict=False):
-        run = runs.load_and_unload(alloy, share, 200e6)
-        half = len(run.stress) // 2
-        x, y = 100.0 * run.strain[:half], 1e-6 * run.stress[:half]
-        line(between, x, y, colour, f"{100 * share:.0f} % austenite")
+        line(between, *_law(alloy, share, 200e6)[0], colour, f"{100 * share:.0f} % austenite")
     each = (len(data.pulled[0].load) - 1) // 3
     for r, t, colour in zip(data.pulled, runs.PULLED_AT, _SERIES, strict=False):
         x = 100.0 * r.extension[each:] / data.specimen.length
         y = 1e-6 * r.load[each:] / data.specimen.area
         line(wires, x, y, colour, f"{t:g} degC")
-    finish(phases, "(a) law", "strain [%]", "stress [MPa]")
-    finish(between, "(b) law, transition", "strain [%]")
-    finish(wires, "(c) the bench's wires", "strain [%]")
-    for ax in (phases, between):
-        ax.legend(fontsize=7, loc="lower right", framealpha=0.85, edgecolor="none")
-    wires.legend(fontsize=7, loc="upper center", ncols=3, frameon=False, columnspacing=1.0)
+    small: Any = {"legend": "lower right", "fontsize": 7, "frameon": True, "edgecolor": "none"}
+    finish(phases, "(a) law", "strain [%]", "stress [MPa]", **small)
+    finish(between, "(b) law, transition", "strain [%]", **small)
+    above: Any = {"legend": "upper center", "fontsize": 7, "ncols": 3, "columnspacing": 1.0}
+    finish(wires, "(c) the bench's wires", "strain [%]", **above)
     wires.set_ylim(-2.0, 68.0)
     moduli = (1e-9 * alloy.martensite, 1e-9 * alloy.austenite)
     return caption(
@@ -145,6 +140,14 @@ def stress_strain(data: Principle) -> Drawn:
         load=runs.MOST,
         left=_beyond_elastic(data),
     )
+
+
+def _law(alloy: Alloy, austenite: float, top: float) -> tuple[tuple[Array, Array], ...]:
+    """Strain [%] and stress [MPa] by the law, loading to `top` [Pa] and unloading."""
+    run = runs.load_and_unload(alloy, austenite, top)
+    x, y = 100.0 * run.strain, 1e-6 * run.stress
+    half = len(x) // 2
+    return (x[:half], y[:half]), (x[half:], y[half:])
 
 
 def _beyond_elastic(data: Principle) -> float:
@@ -165,10 +168,7 @@ def work(data: Principle) -> Drawn:
     figure, axes = new(3.9, 1, 3, gridspec_kw={"width_ratios": [1.1, 1, 1]})
     law, steps, bench = axes[0]
     for share, colour, name in ((0.0, "0.6", "martensite"), (1.0, "0.3", "austenite")):
-        run = runs.load_and_unload(alloy, share, 190e6)
-        half = len(run.stress) // 2
-        x, y = 100.0 * run.strain[:half], 1e-6 * run.stress[:half]
-        line(law, x, y, colour, name, linestyle=":")
+        line(law, *_law(alloy, share, 190e6)[0], colour, name, linestyle=":")
     _cycle(law, data.law_cycle, ((-4, 6), (-12, 5), (-13, -10), (5, -11)))
     _cycle(bench, data.bench_cycle, ((4, 4), (-10, 6), (-10, -12), (4, -12)))
     r = data.cycle
@@ -239,10 +239,8 @@ def heat(_: Principle) -> Drawn:
         level = wire.ambient + (curve[half - 1] - wire.ambient) * np.exp(-1.0)
         right.plot(t[half - 1] + tau, level, "o", color=BLACK, markersize=4)
     left.set_ylim(20.0, 132.0)
-    finish(left, "(a) current on for 6 s", y="temperature [degC]")
-    finish(right, "(b) cooling by the air; dots: one time constant")
-    for ax in (left, right):
-        ax.legend(fontsize=8, loc="upper right", frameon=False)
+    finish(left, "(a) current on for 6 s", y="temperature [degC]", legend="upper right")
+    finish(right, "(b) cooling by the air; dots: one time constant", legend="upper right")
     return caption(
         "(2.1)",
         figure,
@@ -262,8 +260,7 @@ def _pulse(wire: Filament, amps: float, t: NDArray[np.float64], dt: float) -> ND
 
 
 def calorimeter(data: Principle) -> Drawn:
-    figure, axes = new(3.8, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.8)
     found = [runs.peak(scan) for scan in data.scans]
     named = zip(data.scans, found, (RED, BLUE), ("heating", "cooling"), strict=True)
     for scan, peak, colour, name in named:

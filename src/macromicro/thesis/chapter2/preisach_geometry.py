@@ -21,6 +21,7 @@ from macromicro.drawing.style import (
     line,
     new,
     note,
+    single,
 )
 from macromicro.hysteresis import FodTable, Preisach, from_density
 from macromicro.hysteresis.pictures import staircase
@@ -135,13 +136,13 @@ def _stage(element: Preisach, path: Array) -> Stage:
 QS = (ORANGE, GREEN, PURPLE)
 
 
-def plane(ax: Any, title: str) -> None:
+def plane(ax: Any, title: str, *, legend: bool = False) -> None:
     """Axes of the half-plane with the triangle T and its corner."""
     reach = 1.25 * EXTENT
     ax.plot([-reach, reach], [-reach, reach], color="0.5", linewidth=0.8, linestyle="--")
     ax.plot([-EXTENT, -EXTENT, EXTENT], [-EXTENT, EXTENT, EXTENT], color=BLACK, linewidth=1.0)
     ax.plot([-EXTENT, EXTENT], [-EXTENT, EXTENT], color=BLACK, linewidth=1.0)
-    finish(ax, title, r"$\beta$", r"$\alpha$")
+    finish(ax, title, r"$\beta$", r"$\alpha$", legend=legend and "lower right")
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal")
@@ -175,7 +176,7 @@ def step(data: Geometry, k: int) -> Figure:
     left, right = axes[0]
     stage = data.stages[k]
     sets(left, stage)
-    plane(left, "(a) Preisach plane" if k == 0 else f"(a) plane at u = u{k}")
+    plane(left, "(a) Preisach plane" if k == 0 else f"(a) plane at u = u{k}", legend=k > 0)
     corners(left, stage)
     if k == 0:
         word(left, "T", (-0.45, 0.5), fontsize=13)
@@ -184,7 +185,6 @@ def step(data: Geometry, k: int) -> Figure:
         word(left, r"$(\alpha, \beta)$", (0.02, 0.62))
         left.plot(-0.15, 0.62, "x", color=BLACK)
     else:
-        left.legend(fontsize=8, loc="lower right", frameon=False)
         rising = stage.u > data.stages[k - 1].u
         ends = ([-1.18, stage.u], [stage.u] * 2) if rising else ([stage.u] * 2, [-1.18, stage.u])
         left.plot(*ends, color="0.35", linewidth=0.8, linestyle=":")
@@ -288,8 +288,7 @@ def first_order_curve(data: Geometry) -> Drawn:
     u, rising, falling = data.major
     alpha, beta = FOD
     first, second, integrated = data.corner
-    figure, axes = new(3.8, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.8)
     line(ax, u, falling, "0.7", "descending branch", linewidth=0.9)
     line(ax, u, rising, BLUE, "ascending branch of the major loop", linewidth=1.3)
     line(ax, data.fod[0], data.fod[1], RED, "first-order descending curve", linewidth=1.3)

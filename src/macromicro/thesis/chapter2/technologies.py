@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from macromicro.design import costs
 from macromicro.design.costs import Technology
 from macromicro.drawing.exhibit import Drawn, Grid
-from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, single
 from macromicro.thesis.claims import Claim, state
 from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
@@ -127,8 +127,7 @@ def cost_against_accuracy(_: None) -> Drawn:
 
 
 def _plot(own: Technology) -> Figure:
-    figure, axes = new(3.6, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.6)
     names = [own.name, *(t.name for t in costs.TABLE_2_1)]
     colours = dict(zip(names, (BLACK, BLUE, ORANGE, GREEN, PURPLE), strict=True))
     for table, marker, size in (((own, *costs.TABLE_2_1), "o", 5), (costs.TABLE_6_2, "x", 8)):
@@ -143,8 +142,7 @@ def _plot(own: Technology) -> Figure:
             ax.plot(middle, cost, marker, markersize=size, color=style["color"], label=label)
     ax.set_xscale("log")
     ax.set_yscale("log")
-    finish(ax, "", "accuracy [nm]", "cost [USD]")
+    finish(ax, "", "accuracy [nm]", "cost [USD]", legend="lower left")
     ax.set_xlim(1e9 * LOWEST * 0.8, 3e9 * own.accuracy[1])
     ax.set_ylim(150.0, 15000.0)
-    ax.legend(fontsize=8, loc="lower left", frameon=False)
     return figure

@@ -98,10 +98,9 @@ def flexure(data: Sheets) -> Drawn:
         along, aside, _ = flexure_sheet.shape(beam, way)
         line(single, 1e3 * aside, 1e3 * along, _COLOURS[k], f"{1e3 * way:g}")
     nearer = flexure_sheet.shape(beam, HALF_STROKE)[2]
-    finish(single, "(a) one beam", "sideways [mm]", "along the beam [mm]")
-    single.legend(
-        fontsize=7.5, title="Δx/2 [mm]", title_fontsize=7.5, loc="lower right", frameon=False
-    )
+    labels = ("sideways [mm]", "along the beam [mm]")
+    key: Any = {"legend": "lower right", "title": "Δx/2 [mm]", "title_fontsize": 7.5}
+    finish(single, "(a) one beam", *labels, **key)
     _guide(guide, beam)
     finish(guide, "(b) two in a row", "sideways [mm]")
     thick = [1e3 * flexure_sheet.max_thickness(beam, gf * GRAM_FORCE, 2e-3) for gf in LOADS]
@@ -112,8 +111,8 @@ def flexure(data: Sheets) -> Drawn:
         line(load, pull, 1e3 * np.array(bent), _COLOURS[k], f"{t:.3f} mm, {name}")
     load.plot(LOADS, [1e3 * HALF_STROKE] * 2, "o", color=BLACK, markersize=5)
     load.axhline(1e3 * HALF_STROKE, color=BLACK, linewidth=0.8, linestyle=":")
-    finish(load, "(c) one beam under load, (3.1)", "load of the beam [gf]", "deflection [mm]")
-    load.legend(fontsize=7.5, loc="upper left", frameon=False)
+    labels = ("load of the beam [gf]", "deflection [mm]")
+    finish(load, "(c) one beam under load, (3.1)", *labels, legend="upper left")
     rate = flexure_sheet.stiffness(beam, CHOSEN)
     stress = flexure_sheet.bending_stress(beam, CHOSEN, HALF_STROKE)
     return caption(
@@ -162,8 +161,7 @@ def flux(data: Sheets) -> Drawn:
         best = magnets.largest_change(m, MILLIMETRE)
         ends = 1e3 * np.array([best.start, best.start + MILLIMETRE])
         head.plot(ends, np.interp(ends, place, field), color=colour, linewidth=3.5, alpha=0.5)
-    finish(head, "(a) head-on, Table 3.1", "distance [mm]", "flux [G]")
-    head.legend(fontsize=7.5, frameon=False)
+    finish(head, "(a) head-on, Table 3.1", "distance [mm]", "flux [G]", legend="best")
     x = sensor.centre + np.linspace(-2.3e-3, 2.3e-3, 461)
     field = gauss(sensor, x)
     end = 0.08 * INCH
@@ -177,8 +175,8 @@ def flux(data: Sheets) -> Drawn:
             label = name if side < 0 else ""
             line(slide, 1e3 * near, there + rate * (near - at), colour, label, linestyle="--")
         slide.axvline(1e3 * at, color="0.5", linewidth=0.8, linestyle=":")
-    finish(slide, "(b) slide-by", "distance from the middle [mm]", "flux [G]")
-    slide.legend(fontsize=7.5, loc="lower right", frameon=False)
+    labels = ("distance from the middle [mm]", "flux [G]")
+    finish(slide, "(b) slide-by", *labels, legend="lower right")
     steep = min(slopes) * INCH
     return caption("3.7", figure, sensitivity=1e3 * SENSITIVITY, steep=steep)
 

@@ -143,10 +143,13 @@ ZOOMED = (0.4, SHOWN)
 MARGINS = (1.0, 200.0)  # rad/s
 
 
+def sample_times(rows: int) -> Array:
+    return np.asarray(np.arange(rows) * DT, dtype=np.float64)
+
+
 def _curves(ax: Any, trials: Mapping[str, Array], rows: slice) -> None:
     for (label, values), color in zip(trials.items(), _COLOURS, strict=True):
-        t = np.asarray(np.arange(len(values)) * DT, dtype=np.float64)
-        line(ax, t[rows], values[rows], color, label)
+        line(ax, sample_times(len(values))[rows], values[rows], color, label)
 
 
 def ratios(design: Design) -> Drawn:
@@ -158,16 +161,14 @@ def ratios(design: Design) -> Drawn:
     _curves(axes[0, 1], {k: v.position for k, v in shown.items()}, rows)
     axes[0, 0].axhline(LIMIT, color=BLACK, linestyle="--", linewidth=0.9)
     axes[0, 0].set_ylim(-6.0, 16.0)
-    axes[0, 0].legend(
-        fontsize=7.5,
-        loc="upper right",
-        ncols=2,
-        frameon=False,
-        title="damping ratio",
-        title_fontsize=7.5,
-    )
     axes[0, 1].set_ylim(STEP - 60.0, STEP + 30.0)
-    finish(axes[0, 0], "(a) controller output; dashed: 5 V", y="requested output [V]")
+    key: Any = {
+        "legend": "upper right",
+        "ncols": 2,
+        "title": "damping ratio",
+        "title_fontsize": 7.5,
+    }
+    finish(axes[0, 0], "(a) controller output; dashed: 5 V", y="requested output [V]", **key)
     finish(axes[0, 1], "(b) zoom of the response", y="position [counts]")
     axes[0, 1].set_xlim(*ZOOMED)
     asked = design.ratios[1.05]
@@ -181,21 +182,14 @@ def frequencies(design: Design) -> Drawn:
     shown[f"{rule:.2f}"] = design.rule
     figure, axes = new(6.2, 2, 2)
     rows = slice(0, round(SHOWN / DT))
+    bare = design.bare[4.91].position
+    t = sample_times(len(bare))
     for ax in axes[0]:
         _curves(ax, {k: v.position for k, v in shown.items()}, rows)
-    bare = design.bare[4.91].position
-    t = np.asarray(np.arange(len(bare)) * DT, dtype=np.float64)
-    for ax in axes[0]:
         line(ax, t[rows], bare[rows], BLUE, "4.91, no derivative", linestyle="--", linewidth=0.9)
     axes[0, 1].set_ylim(STEP - 60.0, STEP + 25.0)
-    axes[0, 0].legend(
-        fontsize=7.5,
-        loc="lower right",
-        frameon=False,
-        title="crossover [rad/s]",
-        title_fontsize=7.5,
-    )
-    finish(axes[0, 0], "(a) full", y="position [counts]")
+    key: Any = {"legend": "lower right", "title": "crossover [rad/s]", "title_fontsize": 7.5}
+    finish(axes[0, 0], "(a) full", y="position [counts]", **key)
     finish(axes[0, 1], "(b) zoom", y="position [counts]")
     axes[0, 1].set_xlim(*ZOOMED)
     _margins(axes[1, 0], axes[1, 1])
@@ -221,14 +215,11 @@ def _margins(gains: Any, phases: Any) -> None:
         phase -= 360.0 * round((float(phase[0]) + 90.0) / 360.0)
         gains.loglog(w, np.abs(values), color=color, label=label, linestyle=style, linewidth=1.1)
         phases.semilogx(w, phase, color=color, linestyle=style, linewidth=1.1)
-        gains.plot([at.frequency], [1.0], color=color, marker="o", markersize=4)
-        phases.plot(
-            [at.frequency], [at.phase_margin - 180.0], color=color, marker="o", markersize=4
-        )
+        gains.plot([at.frequency], [1.0], "o", color=color, markersize=4)
+        phases.plot([at.frequency], [at.phase_margin - 180.0], "o", color=color, markersize=4)
     gains.axhline(1.0, color=BLACK, linestyle=":", linewidth=0.9)
     phases.axhline(-180.0, color=BLACK, linestyle=":", linewidth=0.9)
-    gains.legend(fontsize=7.5, loc="upper right", frameon=False)
-    finish(gains, "(c) gain of the open loop", "frequency [rad/s]", "gain")
+    finish(gains, "(c) gain of the open loop", "frequency [rad/s]", "gain", legend="upper right")
     finish(phases, "(d) its phase", "frequency [rad/s]", "phase [deg]")
 
 
@@ -290,11 +281,11 @@ def margins() -> list[Claim]:
 
 def tuning(design: Design) -> Claim:
     here = design.rule_on_bench
-    good = accepts("M12", here.overshoot, float(here.saturated), here.settled)
+    measured = [here.overshoot, float(here.saturated), here.settled]
     return state(
         "M12",
-        [here.overshoot, float(here.saturated), here.settled],
-        good,
+        measured,
+        accepts("M12", *measured),
         rule=design.rule,
         arrived=f"after {here.settled:.2f} s" if math.isfinite(here.settled) else "never",
         asked=design.ratios[1.05],

@@ -24,7 +24,7 @@ from macromicro.runs import programmed
 from macromicro.runs.programmed import Runner
 from macromicro.settings import Settings
 from macromicro.thesis.chapter4 import _design, identification
-from macromicro.thesis.chapter4._design import Design
+from macromicro.thesis.chapter4._design import Design, sample_times
 from macromicro.thesis.chapter4.identification import nrmse
 from macromicro.thesis.claims import DIFFERS, Claim, NotMeasured, accepts, judge, state
 from macromicro.thesis.contents import caption
@@ -82,15 +82,12 @@ def control_runs(
     reference = decaying()
     measured = {name: closed_loop(plant, law(name), reference) for name in LAWS}
     aim = np.full(len(steps["pd-initial"]), TRAVEL)
-    initial, tuned, unidentified = (
-        np.full(len(aim), math.nan),
-        np.full(len(reference), math.nan),
-        "",
-    )
+    unidentified = ""
     try:
         model = identification.fit(identification.measure(plant, seed))
     except InputError as error:
         unidentified = f"no model of this machine was found: {error}"
+        initial, tuned = np.full(len(aim), math.nan), np.full(len(reference), math.nan)
     else:
         initial, _ = macro.closed_loop(model._replace(kind=INITIAL), law("pd-initial"), aim)
         tuned = simulate(model, reference)
@@ -193,10 +190,10 @@ def claims(data: MacroData) -> list[Claim]:
     return judge(
         [
             ("M9", lambda: pid(data.steps["pid"])),
-            ("M10", lambda: _initial(data)),
+            ("M10", lambda: initial_pd(data.steps["pd-initial"], _identified(data).initial_model)),
             (("M11", "M11b"), _design.margins),
             ("M12", lambda: _design.tuning(data.design)),
-            ("M13", lambda: _tuned_claim(data)),
+            ("M13", lambda: tuned_pd(_identified(data).square)),
             ("M14", lambda: full_move(data.steps["pd-tuned"])),
             ("M15", lambda: ranking(data.square)),
             ("M16", lambda: travel(data.travel)),
@@ -204,16 +201,10 @@ def claims(data: MacroData) -> list[Claim]:
     )
 
 
-def _initial(data: MacroData) -> Claim:
+def _identified(data: MacroData) -> MacroData:
     if data.unidentified:
         raise NotMeasured(data.unidentified)
-    return initial_pd(data.steps["pd-initial"], data.initial_model)
-
-
-def _tuned_claim(data: MacroData) -> Claim:
-    if data.unidentified:
-        raise NotMeasured(data.unidentified)
-    return tuned_pd(data.square)
+    return data
 
 
 def pid(run: Recording) -> Claim:
@@ -267,14 +258,8 @@ def ranking(square: Square) -> Claim:
     pid_, initial, tuned = (tracking(square.bench[name], square.reference) for name in LAWS)
     good = tuned.settled <= initial.settled < pid_.settled
     good = good and tuned.reversals < initial.reversals
-    return state(
-        "M15",
-        [tuned.settled, initial.settled, pid_.settled],
-        good,
-        tuned=tuned,
-        initial=initial,
-        pid=pid_,
-    )
+    measured = [tuned.settled, initial.settled, pid_.settled]
+    return state("M15", measured, good, tuned=tuned, initial=initial, pid=pid_)
 
 
 def travel(run: Recording) -> Claim:
@@ -295,27 +280,24 @@ AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
 def draw_pid(data: MacroData) -> Drawn:
     run = data.steps["pid"]
     x, motor = run["macro_position"], run["motor"]
-    rows = slice(0, len(run))
     figure, axes = new(5.0, 2, sharex=True)
-    line(axes[0, 0], run["t"][rows], motor[rows], BLUE, "effort", linewidth=0.7)
+    effort, place = axes[:, 0]
+    line(effort, run["t"], motor, BLUE, "effort", linewidth=0.7)
     for volts in (-DEAD_ZONE, DEAD_ZONE):
-        axes[0, 0].axhline(volts, color=BLACK, linestyle=":", linewidth=0.9)
-    target = run["macro_reference"][rows]
-    line(axes[1, 0], run["t"][rows], target, BLACK, "target", linestyle="-.", linewidth=0.9)
-    line(axes[1, 0], run["t"][rows], x[rows], BLUE, "encoder")
-    finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
-    finish(axes[1, 0], "(b) response", y="position [counts]")
-    axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    over, stuck = overshoot(x, TRAVEL), _why_stuck(x, motor)
-    rise = rise_time(x, TRAVEL)
+        effort.axhline(volts, color=BLACK, linestyle=":", linewidth=0.9)
+    target = run["macro_reference"]
+    line(place, run["t"], target, BLACK, "target", linestyle="-.", linewidth=0.9)
+    line(place, run["t"], x, BLUE, "encoder")
+    finish(effort, "(a) controller output; dotted: ±3 V", "", "output [V]")
+    finish(place, "(b) response", y="position [counts]", legend="lower right")
     return caption(
         "4.18",
         figure,
         travel=TRAVEL,
         seconds=len(run) * run.dt,
-        rise=rise,
-        over=over,
-        stuck=stuck,
+        rise=rise_time(x, TRAVEL),
+        over=overshoot(x, TRAVEL),
+        stuck=_why_stuck(x, motor),
         turns=_times(sign_changes(motor)),
     )
 
@@ -344,10 +326,9 @@ def draw_initial_pd(data: MacroData) -> Drawn:
         line(ax, t[rows], data.initial_model[rows], RED, "initial model", linestyle="--")
         line(ax, t[rows], x[rows], BLUE, "bench")
         line(ax, t[rows], run["macro_reference"][rows], BLACK, "target", linestyle="-.")
-    finish(axes[0, 0], "(a) full", y="position [counts]")
+    finish(axes[0, 0], "(a) full", y="position [counts]", legend="lower right")
     finish(axes[0, 1], "(b) zoom")
     axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
-    axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     backs, model_backs = (len(swings(y, TRAVEL)) for y in (x, data.initial_model))
     return caption(
         "4.20",
@@ -379,7 +360,7 @@ def _target(ax: Any, square: Square, t: Array, rows: slice) -> None:
 def draw_tuned_pd(data: MacroData) -> Drawn:
     """Figure 4.24, with the full-travel move in two panels."""
     square, run = data.square, data.steps["pd-tuned"]
-    t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
+    t = sample_times(len(square.reference))
     near = zoom_rows(square, "pd-tuned")
     x = square.bench["pd-tuned"]
     figure, axes = new(5.8, 2, 2)
@@ -387,10 +368,9 @@ def draw_tuned_pd(data: MacroData) -> Drawn:
         _target(ax, square, t, rows)
         smooth(ax, t[rows], square.simulated[rows], BLUE, "simulated")
         smooth(ax, t[rows], x[rows], RED, "bench", linestyle=":", linewidth=1.6)
-    finish(axes[0, 0], "(a) full", y="position [counts]")
+    finish(axes[0, 0], "(a) full", y="position [counts]", legend="upper right", ncols=3)
     finish(axes[0, 1], "(b) zoom")
     axes[0, 1].set_ylim(square.reference[0] - 60.0, square.reference[0] + 30.0)
-    axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=3, frameon=False)
     axes[0, 0].set_ylim(top=3300.0)
     settled = _full_move(axes[1, 0], run)
     counts = _travel(axes[1, 1], data.travel)
@@ -421,25 +401,27 @@ def _travel(ax: Any, run: Recording) -> float:
 
 def comparison(data: MacroData) -> Drawn:
     square = data.square
-    t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
-    near = zoom_rows(square, "pd-initial")
-    styles = {"pid": (GREEN, "--"), "pd-initial": (RED, ":"), "pd-tuned": (BLUE, "-")}
-    names = {"pid": "PID", "pd-initial": "initial PD", "pd-tuned": "tuned PD"}
+    t = sample_times(len(square.reference))
+    shown = {
+        "pid": ("PID", GREEN, "--"),
+        "pd-initial": ("initial PD", RED, ":"),
+        "pd-tuned": ("tuned PD", BLUE, "-"),
+    }
     figure, axes = new(5.8, 2)
-    for ax, rows in ((axes[0, 0], slice(None)), (axes[1, 0], near)):
+    full, near = axes[:, 0]
+    for ax, rows in ((full, slice(None)), (near, zoom_rows(square, "pd-initial"))):
         _target(ax, square, t, rows)
-        for name, (color, style) in styles.items():
+        for law_name, (name, color, style) in shown.items():
             width = 1.6 if style == ":" else 1.1
-            position = square.bench[name][rows]
-            smooth(ax, t[rows], position, color, names[name], linestyle=style, linewidth=width)
-    finish(axes[0, 0], "(a) full", "", "position [counts]")
-    finish(axes[1, 0], "(b) zoom", y="position [counts]")
+            position = square.bench[law_name][rows]
+            smooth(ax, t[rows], position, color, name, linestyle=style, linewidth=width)
+    finish(full, "(a) full", "", "position [counts]", legend="upper right", ncols=4)
+    finish(near, "(b) zoom", y="position [counts]")
     target = float(square.reference[0])
-    axes[1, 0].set_ylim(target - 35.0, target + 20.0)
-    axes[0, 0].set_ylim(top=3300.0)
-    axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
-    seen = {name: tracking(square.bench[name], square.reference) for name in styles}
-    errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
+    near.set_ylim(target - 35.0, target + 20.0)
+    full.set_ylim(top=3300.0)
+    seen = {name: tracking(square.bench[name], square.reference) for name in shown}
+    errors = ", ".join(f"{shown[k][0]} {s.settled:.1f}" for k, s in seen.items())
     return caption(
         "4.25",
         figure,

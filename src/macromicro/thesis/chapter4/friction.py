@@ -55,13 +55,18 @@ def probing_runs(
 ) -> list[Recording]:
     """A run at each voltage [V], in both directions, from each start [counts, from its own end]."""
     runs = []
-    n = round(SECONDS / DT)
     for v in voltages:
         for x in starts:
-            # Half a count in, so that the encoder does not stand on an edge.
-            runs.append(open_loop(plant, np.full(n, v), x + 0.5))
-            runs.append(open_loop(plant, np.full(n, -v), TRAVEL[1] - x + 0.5))
+            runs += _both_ways(plant, v, SECONDS, x)
     return runs
+
+
+def _both_ways(plant: Machine, volts: float, seconds: float, start: float) -> list[Recording]:
+    """A constant voltage in both directions, from `start` [counts] off the end it leaves."""
+    steps = np.full(round(seconds / DT), volts)
+    # Half a count in, so that the encoder does not stand on an edge.
+    places = (start + 0.5, TRAVEL[1] - start + 0.5)
+    return [open_loop(plant, way * steps, x) for way, x in zip((1.0, -1.0), places, strict=True)]
 
 
 def probe(plant: Machine) -> tuple[list[Recording], DeadZone]:
@@ -102,12 +107,7 @@ class Coulomb(NamedTuple):
 
 def push(plant: Machine) -> list[Recording]:
     """A run at each voltage of `PUSHES` in both directions, each from its own end."""
-    runs = []
-    for volts, seconds in PUSHES.items():
-        n = round(seconds / DT)
-        runs.append(open_loop(plant, np.full(n, volts), START + 0.5))
-        runs.append(open_loop(plant, np.full(n, -volts), TRAVEL[1] - START + 0.5))
-    return runs
+    return [run for v, seconds in PUSHES.items() for run in _both_ways(plant, v, seconds, START)]
 
 
 def steady(run: Recording) -> tuple[float, float]:
@@ -139,19 +139,19 @@ def at_rest(runs: Sequence[Recording], seconds: float = 0.5) -> Array:
     return np.array(sorted(held))
 
 
-def pulses(repeats: int = 2) -> Array:
-    """Volts [one value per ms]: each level forth and back, with rests between."""
+def pulses() -> Array:
+    """Volts [one value per ms]: each level forth and back, with rests between; all of it twice."""
     rest = np.zeros(REST_MS)
     parts = [rest]
-    for volts in PULSES * repeats:
+    for volts in PULSES * 2:
         held = round(min(1e3 * _WAY / (_GAIN * (volts - _ZONE)), 250.0))
         parts += [np.full(held, volts), rest, np.full(held, -volts), rest]
     return np.concatenate(parts)
 
 
-def pulse(plant: Machine, start: float = 0.5 * sum(TRAVEL)) -> Recording:
-    """One record from rest at `start` [counts]: columns t, macro_position and motor."""
-    return open_loop(plant, pulses(), start + 0.5)
+def pulse(plant: Machine) -> Recording:
+    """One record from rest in the middle of the travel: columns t, macro_position and motor."""
+    return open_loop(plant, pulses(), 0.5 * sum(TRAVEL) + 0.5)
 
 
 SHOWN = (2.6, 2.8, 2.85, 2.9, 3.0, 3.2)  # V, panels (a) and (b) of Figure 4.8, and (d)
@@ -205,22 +205,20 @@ def coulomb(data: FrictionData) -> Drawn:
     found = data.coulomb
     moving, most = found.speeds > 0.0, np.abs(data.held).max(initial=0.0)
     figure, axes = new(3.4, 1, 2)
-    ax = axes[0, 0]
+    ax, taken = axes[0]
     still = np.zeros_like(data.held)
     volts = np.linspace(-5.2, 5.2, 521)
     speed = evaluate(lambda v: found.gain * macro.dead_zone(found.level, v), volts)
     line(ax, volts, speed, BLUE, "Coulomb model")
     _dots(ax, found.volts, found.speeds, "bench, moving", "o")
     _dots(ax, data.held, still, "bench, at rest", "x")
-    finish(ax, "(a) steady speed", "voltage [V]", "speed [counts/s]")
-    ax.legend(fontsize=7.5, loc="upper left", frameon=False)
-    ax = axes[0, 1]
+    finish(ax, "(a) steady speed", "voltage [V]", "speed [counts/s]", legend="upper left")
     end = 1.05 * float(np.abs(found.speeds).max())
     model = np.array([-found.level, -found.level, found.level, found.level])
-    line(ax, np.array([-end, 0.0, 0.0, end]), model, BLUE, "Coulomb model")
-    _dots(ax, found.speeds, found.taken, "bench, moving", "o")
-    _dots(ax, still, data.held, "bench, at rest", "x")
-    finish(ax, "(b) friction, in volts", "speed [counts/s]", "friction [V]")
+    line(taken, np.array([-end, 0.0, 0.0, end]), model, BLUE, "Coulomb model")
+    _dots(taken, found.speeds, found.taken, "bench, moving", "o")
+    _dots(taken, still, data.held, "bench, at rest", "x")
+    finish(taken, "(b) friction, in volts", "speed [counts/s]", "friction [V]")
     return caption(
         "4.4",
         figure,
@@ -242,8 +240,8 @@ def low_voltages(data: FrictionData) -> Drawn:
     for ax, start, name in ((axes[0, 0], 0.0, "(a)"), (axes[0, 1], best, "(b)")):
         for (volts, r), color in zip(forward(data.runs, start).items(), _COLOURS, strict=True):
             line(ax, r["t"], r["macro_position"], color, f"{volts:g} V")
-        finish(ax, f"{name} from {start:.0f} counts", y="position [counts]")
-    axes[0, 0].legend(fontsize=7.5, loc="center right", frameon=False)
+        key = "center right" if ax is axes[0, 0] else False
+        finish(ax, f"{name} from {start:.0f} counts", y="position [counts]", legend=key)
     stuck = [v for v, r in forward(data.runs, 0.0).items() if r["macro_position"][-1] < 20.0]
     if stuck:
         note = f"up to {max(stuck):g} V: stops within 20 counts"
@@ -257,12 +255,11 @@ def _thresholds(ax: Any, zone: DeadZone) -> None:
     for way, color, marker in ((1, BLUE, "o"), (-1, RED, "s")):
         starts, lowest = zone.thresholds(way)
         label = "to greater counts" if way > 0 else "to smaller counts"
-        ax.plot(starts, lowest, color=color, marker=marker, markersize=4, linewidth=0.7)
-        ax.plot([], [], color=color, marker=marker, markersize=4, label=label)
+        ax.plot(starts, lowest, color=color, marker=marker, ms=4, linewidth=0.7, label=label)
     ax.axhline(zone.width, color=BLACK, linestyle="--", linewidth=0.9, label="width")
-    finish(ax, "(c) lowest voltage that moves on", "start [counts]", "voltage [V]")
+    title = "(c) lowest voltage that moves on"
+    finish(ax, title, "start [counts]", "voltage [V]", legend="upper center", ncols=3)
     ax.set_ylim(top=zone.width + 0.09)
-    ax.legend(fontsize=7.5, loc="upper center", ncols=3, frameon=False)
 
 
 def speed_by_place(run: Recording) -> tuple[Array, Array]:
@@ -277,9 +274,9 @@ def speed_by_place(run: Recording) -> tuple[Array, Array]:
 def _speeds(ax: Any, runs: dict[float, Recording]) -> None:
     for (volts, r), color in zip(runs.items(), (BLUE, GREEN, RED), strict=True):
         line(ax, *speed_by_place(r), color, f"{volts:g} V")
-    finish(ax, "(d) speed over place", "place [counts]", "speed [counts/s]")
+    labels = ("place [counts]", "speed [counts/s]")
+    finish(ax, "(d) speed over place", *labels, legend="lower center", ncols=3)
     ax.set_ylim(bottom=0.0)
-    ax.legend(fontsize=7.5, loc="lower center", ncols=3, frameon=False)
 
 
 def characteristics(data: FrictionData) -> Drawn:
@@ -287,18 +284,17 @@ def characteristics(data: FrictionData) -> Drawn:
     figure, axes = new(3.0, 1, 3)
     end = 2.0 * width
     volts = np.linspace(-end, end, 601)
+    zone, inverse, whole = axes[0]
+    line(zone, volts, evaluate(lambda v: macro.dead_zone(width, v), volts), BLUE, "")
     # Halves apart: a line across the inverse's step would be drawn where it has no values.
-    halves = (volts[volts < 0.0], volts[volts > 0.0])
-    zone = evaluate(lambda v: macro.dead_zone(width, v), volts)
-    line(axes[0, 0], volts, zone, BLUE, "")
-    for part in halves:
-        line(axes[0, 1], part, evaluate(lambda v: deadzone.inverse(width, v), part), RED, "")
-    axes[0, 1].plot([0.0], [deadzone.inverse(width, 0.0)], color=RED, marker="o", markersize=3)
+    for part in (volts[volts < 0.0], volts[volts > 0.0]):
+        line(inverse, part, evaluate(lambda v: deadzone.inverse(width, v), part), RED, "")
+    inverse.plot([0.0], [deadzone.inverse(width, 0.0)], color=RED, marker="o", markersize=3)
     both = evaluate(lambda v: macro.dead_zone(width, deadzone.inverse(width, v)), volts)
-    line(axes[0, 2], volts, both, GREEN, "")
-    finish(axes[0, 0], "(a) dead zone", "in [V]", "out [V]")
-    finish(axes[0, 1], "(b) its inverse", "in [V]")
-    finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
+    line(whole, volts, both, GREEN, "")
+    finish(zone, "(a) dead zone", "in [V]", "out [V]")
+    finish(inverse, "(b) its inverse", "in [V]")
+    finish(whole, "(c) the inverse, then (a)", "in [V]")
     for ax in axes[0]:
         ax.set_ylim(-1.6 * end, 1.6 * end)
     return caption("4.9", figure, width=width, left=5.0 - width)

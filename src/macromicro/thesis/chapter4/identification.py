@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -151,22 +151,21 @@ def speed_error(case: Case, model: Array) -> float:
 
     Speeds along the motion over the second half of each; for square inputs.
     """
-    rows = round(HALVES[case.volts] / DT)
-    gaps = []
-    for k in range(0, len(case.t) - rows + 1, rows):
-        a, b = k + rows // 2, k + rows - 1
-        way = np.sign(case.sent[a])
-        gaps.append(way * ((model[b] - model[a]) - (case.bench[b] - case.bench[a])) / (b - a) / DT)
-    return float(np.mean(gaps))
+    return _speed(case, lambda a, b: (model[b] - model[a]) - (case.bench[b] - case.bench[a]))
 
 
 def speed(case: Case) -> float:
     """The bench's steady speed along the motion [counts/s], computed as in `speed_error`."""
+    return _speed(case, lambda a, b: case.bench[b] - case.bench[a])
+
+
+def _speed(case: Case, gone: Callable[[int, int], float]) -> float:
+    """Mean speed over the half periods; `gone` is the way between two rows [counts]."""
     rows = round(HALVES[case.volts] / DT)
     found = []
     for k in range(0, len(case.t) - rows + 1, rows):
         a, b = k + rows // 2, k + rows - 1
-        found.append(np.sign(case.sent[a]) * (case.bench[b] - case.bench[a]) / (b - a) / DT)
+        found.append(np.sign(case.sent[a]) * gone(a, b) / (b - a) / DT)
     return float(np.mean(found))
 
 
@@ -229,17 +228,17 @@ def collect(lab: Lab) -> IdentificationData:
 def claims(data: IdentificationData) -> list[Claim]:
     first = ("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b")
     return judge(
-        [(first, lambda: model_claims(data.found)), (("M7", "M8"), lambda: case_claims(data.cases))]
+        [
+            (first, lambda: [*_speeds(data.found), *_linear(data.found), *_jump(data.found)]),
+            (("M7", "M8"), lambda: case_claims(data.cases)),
+        ]
     )
 
 
 def average(data: IdentificationData) -> tuple[Array, Array, Array]:
     """Mean position [counts] of the 1 V steps (n,), speed and the model's [counts/s] (n-1,)."""
     width = data.found.zone.width
-    runs = [
-        (r["motor"] - width * np.sign(r["motor"]), r["macro_position"]) for r in data.steps[1.0]
-    ]
-    u, x = average_runs(runs)
+    u, x = average_runs([_before_inverse(r, width) for r in data.steps[1.0]])
     u, y = differentiated(u, x, DT)
     return x, y, data.found.linear.simulate(u)
 
@@ -249,15 +248,14 @@ def step(data: IdentificationData) -> Drawn:
     linear = data.found.linear
     t = data.steps[1.0][0]["t"][: len(x)]
     figure, axes = new(3.4, 1, 2)
-    line(axes[0, 0], t, x, BLUE, "mean of the runs")
-    place = np.concatenate([[0.0], np.cumsum(model) * DT])
-    line(axes[0, 0], t, place, RED, "model", linestyle=":", linewidth=1.6)
-    line(axes[0, 1], t[1:], y, BLUE, "mean of the runs", linewidth=0.7)
-    line(axes[0, 1], t[1:], model, RED, "model", linewidth=1.6)
-    finish(axes[0, 0], "(a) position", y="position [counts]")
-    finish(axes[0, 1], "(b) speed", y="speed [counts/s]")
-    for ax in axes[0]:
-        ax.legend(fontsize=7.5, loc="lower right", frameon=False)
+    place, speed = axes[0]
+    line(place, t, x, BLUE, "mean of the runs")
+    gone = np.concatenate([[0.0], np.cumsum(model) * DT])
+    line(place, t, gone, RED, "model", linestyle=":", linewidth=1.6)
+    line(speed, t[1:], y, BLUE, "mean of the runs", linewidth=0.7)
+    line(speed, t[1:], model, RED, "model", linewidth=1.6)
+    finish(place, "(a) position", y="position [counts]", legend="lower right")
+    finish(speed, "(b) speed", y="speed [counts/s]", legend="lower right")
     a, b = float(linear.a[0]), float(linear.b[0])
     return caption("4.11", figure, steps=len(data.steps[1.0]), b=b, pole=-a)
 
@@ -312,14 +310,9 @@ def friction_model(data: IdentificationData) -> Drawn:
     line(axes[0, 2], np.array([-2.0, 2.0]), np.array([-2.0, 2.0]), BLACK, "", linestyle=":")
     finish(axes[0, 0], "(a) tuned friction model", "in [V]", "out [V]")
     finish(axes[0, 1], "(b) dead-zone inverse", "in [V]")
-    finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
+    finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]", legend="upper left")
     axes[0, 2].set_xlim(-2.2, 2.2)
-    axes[0, 2].legend(fontsize=7.5, loc="upper left", frameon=False)
     return caption("4.14", figure, side=side, zone=zone)
-
-
-def model_claims(found: Identified) -> list[Claim]:
-    return [*_speeds(found), *_linear(found), *_jump(found)]
 
 
 def _speeds(found: Identified) -> list[Claim]:

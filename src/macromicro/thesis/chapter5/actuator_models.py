@@ -26,14 +26,13 @@ from macromicro.identify.wire import WireFit
 from macromicro.identify.wire_model import hysteresis
 from macromicro.lab.machine import Machine
 from macromicro.models import actuator
-from macromicro.models import actuator as full_model
 from macromicro.models import stressed as better_model
 from macromicro.models.actuator import Actuator
 from macromicro.models.heating import Modes, step_response
 from macromicro.models.weighted_gain import Exponential, Weighted, weighted
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import _electrothermal_runs
-from macromicro.thesis.chapter5._electrothermal_runs import StepData
+from macromicro.thesis.chapter5 import electrothermal_runs
+from macromicro.thesis.chapter5.electrothermal_runs import StepData
 
 # Steps that get this close to the table's end are in saturation: no steady temperature.
 NEAR_STOP = 0.97
@@ -75,14 +74,13 @@ def thesis(
     steps: Mapping[float, list[Recording]],
     cooled: list[Recording],
     median: float = 1.575,
-    ambient: float = AMBIENT,
 ) -> ThesisFit:
     """The whole model of (5.2.3) from trials of one actuator."""
     # Below the stop, the gain is (5.2) by non-linear least squares; above it, the T_d with which
     # (5.6) passes 95 % of the stroke when the actuator does.
     if median not in steps:
         raise InputError("steps", median, f"one of {sorted(steps)}")
-    records = {v: heating.inferred_step(table, trials, ambient) for v, trials in steps.items()}
+    records = {v: heating.inferred_step(table, trials, AMBIENT) for v, trials in steps.items()}
     stop = table.f_low + NEAR_STOP * table.span
     below = {v: r for v, r in sorted(records.items()) if r.position.max() < stop}
     steady = {v: heating.steady(r) for v, r in below.items()}
@@ -93,15 +91,15 @@ def thesis(
     dynamics = heating.heating(records[median], steady[median])
     level = table.f_low + 0.95 * table.span
     goals = {
-        v: needed_goal(table, dynamics.modes, r.t, r.position, ambient, level)
+        v: needed_goal(table, dynamics.modes, r.t, r.position, AMBIENT, level)
         for v, r in sorted(records.items())
         if v not in below
     }
     whole = Weighted(low=fit.model, scale=0.0)
     if len(goals) > 1:
         whole = upper(fit.model, steady, goals)
-    fall = heating.cooling(table, cooled, ambient)
-    model = Actuator(whole, dynamics.modes, fall.time, ambient, hysteresis(table))
+    fall = heating.cooling(table, cooled, AMBIENT)
+    model = Actuator(whole, dynamics.modes, fall.time, AMBIENT, hysteresis(table))
     straight = linearise(volts, rise, max(fit.asymptote, 1.002 * rise[-1]))
     return ThesisFit(model, steady, straight, fit, goals, dynamics, fall)
 
@@ -249,7 +247,7 @@ class Unfitted(NamedTuple):
 
 def attempt(table: FodTable, plant: Machine, seed: int) -> Models | Unfitted:
     """All open-loop runs and the fits to them, unless the procedure cannot use the runs."""
-    data = _electrothermal_runs.collect(plant, seed)
+    data = electrothermal_runs.collect(plant, seed)
     try:
         return _models(table, data, plant, seed)
     except InputError as error:
@@ -258,11 +256,11 @@ def attempt(table: FodTable, plant: Machine, seed: int) -> Models | Unfitted:
 
 def _models(table: FodTable, data: StepData, plant: Machine, seed: int) -> Models:
     first = thesis(table, data.steps, data.cooled[1.575])
-    better = wire_table.with_table(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
+    better = wire_table.with_table(table, electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())
     unseen = {
         name: Compared(against(first.model, [r]), against(printed, [r]), _judge(better, r))
-        for name, r in _electrothermal_runs.for_judgement(plant, seed + 20_000).items()
+        for name, r in electrothermal_runs.for_judgement(plant, seed + 20_000).items()
     }
     traces = {v: _trace(table, first, better, trials) for v, trials in data.steps.items()}
     steps = {
@@ -276,7 +274,7 @@ def _trace(table: FodTable, first: ThesisFit, better: WireFit, trials: list[Reco
     sent, dt = trials[0]["ctrl"][: len(record.t)], trials[0].dt
     return Trace(
         record,
-        full_model.simulate(first.model, sent, dt)[0],
+        actuator.simulate(first.model, sent, dt)[0],
         better_model.simulate(better.model.wires, sent, dt)[0],
     )
 

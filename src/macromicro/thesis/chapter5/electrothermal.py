@@ -4,14 +4,24 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from functools import wraps
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, note, shades
+from macromicro.drawing.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    RED,
+    finish,
+    line,
+    new,
+    note,
+    shades,
+    single,
+)
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.heating import (
@@ -27,8 +37,10 @@ from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_models, kiln_runs
-from macromicro.thesis.chapter5._electrothermal_runs import (
+from macromicro.thesis.chapter4.identification import nrmse
+from macromicro.thesis.chapter5 import actuator_models, kiln_runs
+from macromicro.thesis.chapter5.actuator_models import Models, Unfitted, full_contraction
+from macromicro.thesis.chapter5.electrothermal_runs import (
     ABOVE_STOP,
     BELOW_STOP,
     CYCLES_BEFORE,
@@ -36,7 +48,6 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
     WARM,
     StepData,
 )
-from macromicro.thesis.chapter5.actuator_models import Models, Unfitted, full_contraction
 from macromicro.thesis.claims import (
     Claim,
     NotMeasured,
@@ -57,38 +68,24 @@ VOLTS = (1.5, 1.6, 1.7, 1.8)
 def against_5_6(modes: heating.Modes) -> float:
     """NRMSE [%] of a minute's step response against (5.6) as printed."""
     t = np.arange(0.0, 60.0, 0.01)
-    printed = step_response(from_transfer(*heating.PRINTED), t)
-    found = step_response(modes, t)
-    return float(100.0 * np.sqrt(np.mean((found - printed) ** 2)) / np.ptp(printed))
+    return nrmse(step_response(modes, t), step_response(from_transfer(*heating.PRINTED), t))
 
 
-def claims(models: Models | Unfitted) -> list[Claim]:
-    """S5a, S5b, S7 and S8 from the fits, S9 from the printed equation, S10 from both."""
-    if isinstance(models, Unfitted):
-        return _without_models(models)
-    return judge(
-        [
-            (("S5a", "S5b"), lambda: _gain(models)),
-            ("S7", lambda: _dynamics(models)),
-            ("S8", lambda: _cooling(models.table, models.data)),
-            ("S9", printed_gain),
-            ("S10", lambda: _whole(models)),
-        ]
-    )
-
-
-def _without_models(seen: Unfitted) -> list[Claim]:
-    """S8 and S9, which need no model, and why the others are not measured."""
-
-    def lacking() -> Claim:
+def fitted(seen: Models | Unfitted) -> Models:
+    if isinstance(seen, Unfitted):
         raise NotMeasured(f"the thesis' procedure does not fit this bench's steps: {seen.why}")
+    return seen
 
+
+def claims(seen: Models | Unfitted) -> list[Claim]:
+    """S5a, S5b, S7 and S8 from the fits, S9 from the printed equation, S10 from both."""
     return judge(
         [
-            (("S5a", "S5b", "S7"), lacking),
+            (("S5a", "S5b"), lambda: _gain(fitted(seen))),
+            ("S7", lambda: _dynamics(fitted(seen))),
             ("S8", lambda: _cooling(seen.table, seen.data)),
             ("S9", printed_gain),
-            ("S10", lacking),
+            ("S10", lambda: _whole(fitted(seen))),
         ]
     )
 
@@ -128,8 +125,7 @@ def _mls(models: Models) -> str:
     except InputError as error:
         return f"MLS, which Section 5.2.2 uses, finds no such model ({error})"
     t = np.arange(len(made)) * found.dt
-    printed = step_response(from_transfer(*heating.PRINTED), t)
-    apart = 100.0 * np.sqrt(np.mean((made - printed) ** 2)) / np.ptp(printed)
+    apart = nrmse(made, step_response(from_transfer(*heating.PRINTED), t))
     left = "" if found.converged else " (its last values, it does not settle)"
     return f"by MLS of order three, as Section 5.2.2 has it, by {apart:.2f} %{left}"
 
@@ -148,17 +144,16 @@ def _cold(table: FodTable, data: StepData) -> str:
 
 
 def _whole(models: Models) -> Claim:
+    steady, low, high = _shares(models)
+    ratio = models.steps[1.8].dynamic / models.steps[1.575].dynamic
+    return state("S10", [steady, ratio], steady=steady, ratio=ratio, high=high, low=low)
+
+
+def _shares(models: Models) -> tuple[float, float, float]:
+    """Largest steady error below the stop, dynamic errors at 1.575 V and 1.8 V [% of stroke]."""
     steps = models.steps
-    steady = 100.0 * max(abs(steps[v].steady) for v in _electrothermal_runs.BELOW_STOP)
-    ratio = steps[1.8].dynamic / steps[1.575].dynamic
-    return state(
-        "S10",
-        [steady, ratio],
-        steady=steady,
-        ratio=ratio,
-        high=100.0 * steps[1.8].dynamic,
-        low=100.0 * steps[1.575].dynamic,
-    )
+    steady = max(abs(steps[v].steady) for v in BELOW_STOP)
+    return 100.0 * steady, 100.0 * steps[1.575].dynamic, 100.0 * steps[1.8].dynamic
 
 
 def curve(low: float = 1.4, high: float = 1.9, points: int = 251) -> tuple[Array, Array]:
@@ -199,24 +194,8 @@ def _until(t: Array, seconds: float) -> slice:
     return slice(0, end, max(end // POINTS, 1))
 
 
-def _legend(ax: Any, place: str, columns: int = 1) -> None:
-    ax.legend(fontsize=7.5, loc=place, frameon=False, ncols=columns)
-
-
-def _of_models(draw: Callable[[Models], Drawn]) -> Callable[[Models | Unfitted], Drawn]:
-    """A figure that is not drawn without models."""
-
-    @wraps(draw)
-    def drawn(models: Models | Unfitted) -> Drawn:
-        if isinstance(models, Unfitted):
-            raise NotMeasured(f"no model to draw: {models.why}")
-        return draw(models)
-
-    return drawn
-
-
-@_of_models
-def responses(models: Models) -> Drawn:
+def responses(seen: Models | Unfitted) -> Drawn:
+    models = fitted(seen)
     figure, axes = new(4.2, 1, 2)
     apart = []
     for v, color in zip(SHOWN_VOLTS, shades(len(SHOWN_VOLTS)), strict=True):
@@ -233,9 +212,8 @@ def responses(models: Models) -> Drawn:
             axes[0, 1].plot(t, warm, color=BLACK, linewidth=0.6, linestyle=(0, (1, 7)))
     _name_steps(axes[0, 0], BELOW_STOP)
     finish(axes[0, 0], "(a) position by the laser", y=SHORT)
-    finish(axes[0, 1], "(b) temperature inferred from it", y=HOT)
+    finish(axes[0, 1], "(b) temperature inferred from it", y=HOT, legend="lower right", ncols=2)
     axes[0, 0].set_xlim(right=1.16 * SHOWN_S)  # room for the names
-    _legend(axes[0, 1], "lower right", 2)
     return caption("5.10", figure, apart=max(apart), seconds=HELD_S)
 
 
@@ -249,20 +227,19 @@ def _name_steps(ax: Any, volts: Sequence[float]) -> None:
         note(ax, f"{v:g} V", end, (4, shift - 3), fontsize=7.5, color=curve.get_color())
 
 
-@_of_models
-def steady(models: Models) -> Drawn:
+def steady(seen: Models | Unfitted) -> Drawn:
+    models = fitted(seen)
     fit = models.thesis
     volts = np.linspace(BELOW_STOP[0], 1.65, 120)
-    figure, axes = new(3.8, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.8)
     curves: tuple[tuple[Exponential, str, str, str], ...] = (
         (fit.nonlinear.model, RED, "-", "non-linear least squares"),
         (fit.linearised.model, BLUE, "--", "linearised, as in the thesis"),
         (Exponential(), BLACK, ":", "(5.5) as printed"),
     )
     for model, color, style, label in curves:
-        line(ax, volts, np.array([exponential(model, float(v)) for v in volts]), color, label)
-        ax.lines[-1].set_linestyle(style)
+        rise = np.array([exponential(model, float(v)) for v in volts])
+        line(ax, volts, rise, color, label, linestyle=style)
     ax.axhline(fit.nonlinear.asymptote, color=RED, linewidth=0.7, linestyle=(0, (1, 3)))
     ax.plot(list(fit.steady), list(fit.steady.values()), "o", color=BLACK, label="measured")
     finish(ax, "", "CTRL [V]", "steady rise above ambient [K]", legend=True)
@@ -284,12 +261,11 @@ def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) 
             line(ax, t, made + AMBIENT, color, "", linestyle="--")
         ax.axhline(full, color=BLACK, linewidth=0.7, linestyle=":")
         ax.set_ylim(AMBIENT, full + 17.5)
-        finish(ax, title, y=HOT if ax is axes[0] else "")
-        _legend(ax, "lower right")
+        finish(ax, title, y=HOT if ax is axes[0] else "", legend="lower right")
 
 
-@_of_models
-def linear(models: Models) -> Drawn:
+def linear(seen: Models | Unfitted) -> Drawn:
+    models = fitted(seen)
     fit = models.thesis
     figure, axes = new(3.9, 1, 3)
     _against_heating(models, axes[0, :2], lambda v: exponential(fit.nonlinear.model, v))
@@ -302,12 +278,10 @@ def linear(models: Models) -> Drawn:
     return caption("5.13", figure)
 
 
-@_of_models
-def draw_gain(_: Models) -> Drawn:
+def draw_gain(_: Models | Unfitted) -> Drawn:
     volts, rise = curve(1.4, 1.85)
     lower, upper = exponentials(volts)
-    figure, axes = new(3.6, 1)
-    ax = axes[0, 0]
+    figure, ax = single(3.6)
     line(ax, volts, lower, BLUE, "lower exponential", linestyle="--")
     line(ax, volts, upper, GREEN, "upper exponential", linestyle="-.")
     line(ax, volts, rise, BLACK, "weighted gain (5.8)", linewidth=1.8)
@@ -315,18 +289,17 @@ def draw_gain(_: Models) -> Drawn:
     return caption("5.14", figure)
 
 
-@_of_models
-def weighted_gain(models: Models) -> Drawn:
+def weighted_gain(seen: Models | Unfitted) -> Drawn:
+    models = fitted(seen)
     figure, axes = new(3.9, 1, 2)
     gain = models.thesis.model.gain
     _against_heating(models, axes[0], lambda v: weighted(gain, v))
     return caption("5.15", figure)
 
 
-@_of_models
-def draw_cooling(models: Models) -> Drawn:
-    figure, axes = new(3.8, 1)
-    ax = axes[0, 0]
+def draw_cooling(seen: Models | Unfitted) -> Drawn:
+    models = fitted(seen)
+    figure, ax = single(3.8)
     seconds = 2.5
     table, fit = models.table, cooling(models.table, models.data.warm, AMBIENT)
     times = []
@@ -352,8 +325,8 @@ def draw_cooling(models: Models) -> Drawn:
     return caption("5.16", figure, cycles=CYCLES_BEFORE, least=min(times), most=max(times))
 
 
-@_of_models
-def draw_whole(models: Models) -> Drawn:
+def draw_whole(seen: Models | Unfitted) -> Drawn:
+    models = fitted(seen)
     figure, axes = new(6.4, 2, 2)
     shown = ((BELOW_STOP, HELD_S, "1.5-1.6 V"), (ABOVE_STOP, FAST_S, "1.65-1.8 V"))
     for column, (volts, seconds, title) in enumerate(shown):
@@ -363,24 +336,16 @@ def draw_whole(models: Models) -> Drawn:
             for ax, model in zip(axes[:, column], (c.thesis, c.better), strict=True):
                 line(ax, c.record.t[rows], c.record.position[rows], color, f"{v:g} V")
                 line(ax, c.record.t[rows], model[rows], color, "", linestyle="--")
-        finish(axes[0, column], f"({'ab'[column]}) {title}", y=SHORT)
-        finish(axes[1, column], f"({'cd'[column]}) {title}, beyond the thesis", y=SHORT)
+        key: Any = {"legend": "lower right"} if column else {"legend": "upper left", "ncols": 3}
+        finish(axes[0, column], f"({'ab'[column]}) {title}", y=SHORT, **key)
+        finish(axes[1, column], f"({'cd'[column]}) {title}, beyond the thesis", y=SHORT, **key)
         for ax in axes[:, column]:
             ax.set_ylim(-0.15, 4.3)
-            _legend(ax, *(("lower right", 1) if column else ("upper left", 3)))
     others = [c for name, c in models.unseen.items() if name.endswith(" V")]
     thesis = 100.0 * max(c.thesis.dynamic for c in others)
     better = 100.0 * max(c.better.dynamic for c in others)
-    steady = 100.0 * max(abs(models.steps[v].steady) for v in BELOW_STOP)
-    return caption(
-        "5.17",
-        figure,
-        steady=steady,
-        low=100.0 * models.steps[1.575].dynamic,
-        high=100.0 * models.steps[1.8].dynamic,
-        thesis=thesis,
-        better=better,
-    )
+    steady, low, high = _shares(models)
+    return caption("5.17", figure, steady=steady, low=low, high=high, thesis=thesis, better=better)
 
 
 def collect(lab: Lab) -> Models | Unfitted:

@@ -8,7 +8,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades, single
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify.kiln import Prediction, clean, window_means, without_spikes
@@ -158,8 +158,7 @@ def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
 
 def curves(runs: KilnRuns) -> Drawn:
     table = runs.table
-    figure, axes = new(4.2, 1)
-    ax = axes[0, 0]
+    figure, ax = single(4.2)
     curves = sorted(table.raw, key=lambda c: float(c[0][0]))
     for (u, f), color in zip(curves, shades(len(curves)), strict=True):
         ax.plot(u, f, color=color, linewidth=0.8)
@@ -229,8 +228,7 @@ def _choose_curves(table: FodTable) -> list[tuple[Array, Array]]:
 def examples(runs: KilnRuns) -> Drawn:
     table = runs.table
     chosen = _choose_curves(table)
-    figure, axes = new(4.2, 1)
-    ax = axes[0, 0]
+    figure, ax = single(4.2)
     _rising(ax, table, "rising branch", linestyle="--")
     for (u, f), color in zip(chosen, shades(len(chosen)), strict=True):
         ax.plot(u[::3], f[::3], "o", color=color, markersize=2.6, label=f"$M_k$ = {u[0]:.1f} degC")

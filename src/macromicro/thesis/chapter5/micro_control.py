@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.arrays import Array
+from macromicro.arrays import Array, spans
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import (
     BLACK,
@@ -74,14 +74,9 @@ def windup(runs: MicroRuns) -> Drawn:
 
 def _saturated_spans(recording: Recording, since: float) -> list[tuple[float, float]]:
     """Spans of at least 20 ms with CTRL at 0 V, from `since` [s] on."""
-    low = np.r_[False, recording["ctrl"][:-1] <= 0.0, False]
-    begin, end = np.flatnonzero(~low[:-1] & low[1:]), np.flatnonzero(low[:-1] & ~low[1:])
     dt = recording.dt
-    return [
-        (float(a * dt), float(b * dt))
-        for a, b in zip(begin, end, strict=True)
-        if (b - a) * dt >= 0.02 and a * dt >= since
-    ]
+    found = [(a * dt, b * dt) for a, b in spans(recording["ctrl"][:-1] <= 0.0)]
+    return [(begin, end) for begin, end in found if end - begin >= 0.02 and begin >= since]
 
 
 def anti_windup(runs: MicroRuns) -> Drawn:
@@ -141,27 +136,18 @@ def _holds(ax: Axes, runs: MicroRuns) -> None:
     ax.margins(x=0.04)
 
 
-Curves = Sequence[tuple[float, str]]
+Curves = Mapping[float, str]
 
-# The chosen gain is black and bold, smaller ones are cold and larger ones warm.
-GAINS: Curves = ((1.0, BLUE), (2.0, GREEN), (3.0, BLACK), (5.0, ORANGE), (10.0, RED))
-INTEGRAL_GAINS: Curves = (
-    (0.5, BLUE),
-    (0.75, PURPLE),
-    (1.0, GREEN),
-    (1.25, ORANGE),
-    (1.5, RED),
-    (2.25, BLACK),
+# Colours by gain: the chosen one is black and bold, smaller ones are cold and larger ones warm.
+GAINS: Curves = {1.0: BLUE, 2.0: GREEN, 3.0: BLACK, 5.0: ORANGE, 10.0: RED}
+INTEGRAL_GAINS: Curves = dict(
+    zip((0.5, 0.75, 1.0, 1.25, 1.5, 2.25), (BLUE, PURPLE, GREEN, ORANGE, RED, BLACK), strict=True)
 )
-HELD_BACK_GAINS: Curves = (
-    (5.0, BLUE),
-    (10.0, PURPLE),
-    (20.0, GREEN),
-    (30.0, BLACK),
-    (60.0, ORANGE),
-    (100.0, RED),
+HELD_BACK_GAINS: Curves = dict(
+    zip(
+        (5.0, 10.0, 20.0, 30.0, 60.0, 100.0), (BLUE, PURPLE, GREEN, BLACK, ORANGE, RED), strict=True
+    )
 )
-CHOSEN = (3.0, 2.25, 30.0)
 
 
 def millimetres(recording: Recording) -> Array:
@@ -183,26 +169,41 @@ def curves(
     limits: tuple[float, float] | None = None,
 ) -> None:
     """`values` of each gain's recording over time, between `limits` [s]."""
-    for gain, colour in gains:
+    for gain, colour in gains.items():
         recording = found[gain]
         t, y = recording["t"][:-1], values(recording)
         if limits is not None:
             seen = (t >= limits[0]) & (t <= limits[1])
             t, y = t[seen], y[seen]
-        width = 1.8 if gain in CHOSEN else 1.0
-        line(ax, t, y, colour, f"{name} {gain:g}", linewidth=width, zorder=3 if width > 1 else 2)
+        bold = {"linewidth": 1.8, "zorder": 3} if colour == BLACK else {"linewidth": 1.0}
+        line(ax, t, y, colour, f"{name} {gain:g}", **bold)
 
 
-def key(ax: Any, where: str = "best", **options: Any) -> None:
-    ax.legend(fontsize=7.5, loc=where, framealpha=0.85, **options)
+def target(ax: Axes) -> None:
+    ax.axhline(micro_runs.TARGET_MM, color="0.4", linestyle="--", linewidth=1.0, label="target")
+
+
+def key(where: str = "best", **options: Any) -> dict[str, Any]:
+    """The legend of a panel whose curves may pass below it."""
+    return {"legend": where, "frameon": True, "framealpha": 0.85, **options}
+
+
+def by_gain(ax: Axes, found: Mapping[float, float], title: str, label: str) -> None:
+    """A number over the gains, from 0 on."""
+    ax.plot(list(found), list(found.values()), color=RED, marker="o", ms=4, lw=1.0)
+    ax.set_ylim(bottom=0.0)
+    finish(ax, title, label)
+    ax.margins(x=0.06)
 
 
 def stop(runs: MicroRuns) -> Drawn:
     """Where the stage begins and stops: highest position over CTRL."""
     figure, axes = new(3.5, 1, 2)
     whole, foot = axes[0]
-    steps = np.array([(v, micro_runs.highest(r)) for v, r in sorted(runs.steps.items())])
-    feet = np.array([(v, micro_runs.highest(r)) for v, r in sorted(runs.feet.items())])
+    steps, feet = (
+        np.array([(v, micro_runs.highest(r)) for v, r in sorted(found.items())])
+        for found in (runs.steps, runs.feet)
+    )
     whole.axhspan(3.96, 4.0, color=GREEN, alpha=0.25, linewidth=0, label="3.98 ± 0.02 mm")
     whole.plot(*feet.T, color=BLUE, marker=".", linestyle="", label="in 60 s")
     for long, marker, label in ((True, "o", "in 200 s"), (False, "^", "in 20 s")):
@@ -210,8 +211,8 @@ def stop(runs: MicroRuns) -> Drawn:
         whole.plot(*part.T, color=RED, marker=marker, markersize=5, linestyle="", label=label)
     whole.axvline(1.65, color="0.4", linestyle=":", linewidth=1.0)
     whole.text(1.66, 0.1, "1.65 V", fontsize=8, color="0.3")
-    key(whole, "center left")
-    finish(whole, "(a) up to the stop", "CTRL [V]", "highest position [mm]")
+    place = ("CTRL [V]", "highest position [mm]")
+    finish(whole, "(a) up to the stop", *place, **key("center left"))
     whole.margins(x=0.03)
     foot.semilogy(feet[:, 0], 1e3 * feet[:, 1], color=BLUE, marker=".", linewidth=0.8)
     foot.axhline(micro_runs.RESPONDS_UM, color=GREEN, linestyle="--", linewidth=1.0)
@@ -234,14 +235,10 @@ def effort(runs: MicroRuns) -> Drawn:
     curves(full, runs.proportional, GAINS, column("ctrl"), "Kp", (0.0, 3.0))
     curves(near, runs.proportional, GAINS, column("ctrl"), "Kp", (0.45, 1.25))
     near.set_ylim(1.0, 2.3)
-    key(full, "upper right")
-    finish(full, "(a) full view", y="controller output [V]")
+    finish(full, "(a) full view", y="controller output [V]", **key("upper right"))
     finish(near, "(b) zoom")
-    swings = _swings(runs)
-    ripple.plot(list(swings), [s.ripple for s in swings.values()], color=RED, marker="o", ms=4)
-    ripple.set_ylim(bottom=0.0)
-    finish(ripple, "(c) ripple [V]", "Kp [V/mm]")
-    ripple.margins(x=0.06)
+    ripples = {k: s.ripple for k, s in _swings(runs).items()}
+    by_gain(ripple, ripples, "(c) ripple [V]", "Kp [V/mm]")
     return caption("5.19", figure)
 
 
@@ -254,9 +251,9 @@ def proportional(runs: MicroRuns) -> Drawn:
     figure, axes = new(3.6, 1, 2, gridspec_kw={"width_ratios": [1.6, 1]})
     place, left = axes[0]
     curves(place, runs.proportional, GAINS, millimetres, "Kp", (0.0, 3.0))
-    place.axhline(micro_runs.TARGET_MM, color="0.4", linestyle="--", linewidth=1.0, label="target")
-    key(place, "lower right", ncols=2)
-    finish(place, "(a) position by the laser", y="position [mm]")
+    target(place)
+    position = {"y": "position [mm]", **key("lower right", ncols=2)}
+    finish(place, "(a) position by the laser", **position)
     swings = _swings(runs)
     for name, colour, marker, values in (
         ("error at rest", BLUE, "o", [s.error for s in swings.values()]),
@@ -264,8 +261,7 @@ def proportional(runs: MicroRuns) -> Drawn:
     ):
         left.semilogy(list(swings), values, color=colour, marker=marker, ms=4, lw=1.0, label=name)
     left.axhline(sequence.BAND_UM, color=GREEN, linestyle=":", linewidth=1.2)
-    key(left)
-    finish(left, "(b) error and overshoot [um]", "Kp [V/mm]")
+    finish(left, "(b) error and overshoot [um]", "Kp [V/mm]", **key())
     left.margins(x=0.04)
     return caption("5.20", figure, chosen=micro_runs.chosen_gain(swings))
 
@@ -276,18 +272,16 @@ def integral(runs: MicroRuns) -> Drawn:
     work, place = axes[0]
     curves(work, runs.integral, INTEGRAL_GAINS, column("micro_integral"), "Ki")
     curves(place, runs.integral, INTEGRAL_GAINS, millimetres, "Ki")
-    cut = [k for k, _ in INTEGRAL_GAINS if not runs.integral[k].attributes.get("finished", 1)]
-    for ax, values in ((work, column("micro_integral")), (place, millimetres)):
-        for k, colour in INTEGRAL_GAINS:
-            if k in cut:
-                r = runs.integral[k]
-                ax.plot(r["t"][-2], values(r)[-1], color=colour, marker="x", ms=6)
-    place.axhline(micro_runs.TARGET_MM, color="0.4", linestyle="--", linewidth=1.0, label="target")
+    cut = [k for k in INTEGRAL_GAINS if not runs.integral[k].attributes.get("finished", 1)]
+    for k in cut:
+        r = runs.integral[k]
+        for ax, values in ((work, column("micro_integral")), (place, millimetres)):
+            ax.plot(r["t"][-2], values(r)[-1], color=INTEGRAL_GAINS[k], marker="x", ms=6)
+    target(place)
     place.set_ylim(3.0, 4.1)
-    key(work, "upper right")
-    key(place, "lower right", ncols=2)
-    finish(work, "(a) integral effort", y="integral effort [V]")
-    finish(place, "(b) position by the laser", y="position [mm]")
+    finish(work, "(a) integral effort", y="integral effort [V]", **key("upper right"))
+    position = {"y": "position [mm]", **key("lower right", ncols=2)}
+    finish(place, "(b) position by the laser", **position)
     stopped = (
         f" With Ki {', '.join(f'{k:g}' for k in cut)} the stage runs into its stop at 3.98 mm and "
         "the guard ends the run (crosses) before the integral has turned."
@@ -306,15 +300,11 @@ def held_back(runs: MicroRuns) -> Drawn:
     curves(work, runs.held_back, HELD_BACK_GAINS, column("micro_integral"), "Ki", (0.0, 3.0))
     work.set_ylim(1.45, 1.9)
     curves(place, runs.held_back, HELD_BACK_GAINS, millimetres, "Ki", (0.0, 3.0))
-    place.axhline(micro_runs.TARGET_MM, color="0.4", linestyle="--", linewidth=1.0, label="target")
-    key(work, "upper left", borderpad=0.25)
-    finish(work, "(a) zoom of the integral effort [V]")
+    target(place)
+    finish(work, "(a) zoom of the integral effort [V]", **key("upper left", borderpad=0.25))
     finish(place, "(b) position by the laser [mm]")
     unrest = {k: micro_runs.unrest(r) for k, r in sorted(runs.held_back.items())}
-    swing.plot(list(unrest), list(unrest.values()), color=RED, marker="o", ms=4, lw=1.0)
-    swing.set_ylim(bottom=0.0)
-    finish(swing, "(c) late swing [V]", "Ki = Kaw")
-    swing.margins(x=0.06)
+    by_gain(swing, unrest, "(c) late swing [V]", "Ki = Kaw")
     return caption("5.26", figure, chosen=unrest[30.0], larger=unrest[60.0])
 
 
@@ -367,10 +357,8 @@ def grows(values: list[float], noise: float) -> bool:
 
 def _proportional(runs: MicroRuns) -> Claim:
     whole("a step under proportional control", *runs.proportional.values())
-    swings: dict[float, Swing] = {k: micro_runs.swing(r) for k, r in runs.proportional.items()}
-    errors = [s.error for s in swings.values()]
-    over = [s.overshoot for s in swings.values()]
-    ripple = [s.ripple for s in swings.values()]
+    swings = _swings(runs)
+    errors, over, ripple = (list(each) for each in zip(*swings.values(), strict=True))
     good = min(errors) > 20.0 and grows(over, LASER_NOISE_UM) and grows(ripple, 0.0)
     low, high = min(swings), max(swings)
     return state(

@@ -20,7 +20,7 @@ from macromicro.recording import Recording
 from macromicro.runs.programmed import Runner, moves_of
 from macromicro.runs.sequence import BAND_UM, LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5 import electrothermal_runs
 
 BELOW_STOP = (1.5, 1.55, 1.575, 1.6)
 AT_STOP = (1.65,)
@@ -61,7 +61,7 @@ def collect(base: Settings, seed: int, run: Runner, machine: Machine) -> MicroRu
     """The whole procedure; `run` drives the closed loops, `machine` runs in open loop."""
 
     def opened(volts: float, seconds: float) -> Recording:
-        ctrl = _electrothermal_runs.step(volts, seconds)
+        ctrl = electrothermal_runs.step(volts, seconds)
         return heated(machine, ctrl, seed, 10 if seconds > 30.0 else 1)
 
     def closed(law: str, levels: Sequence[float], hold: float, **gains: float) -> Recording:
@@ -148,27 +148,27 @@ def chosen_integral_gain(integral: dict[float, Recording]) -> float:
     return max(calm, default=float("nan"))
 
 
-def unrest(recording: Recording, seconds: float = 3.0) -> float:
-    """Peak to peak [V] of the detrended integral effort over the last `seconds`, or NaN."""
+def unrest(recording: Recording) -> float:
+    """Peak to peak [V] of the detrended integral effort over the last 3 s, or NaN."""
     if not recording.attributes.get("finished", 1):
         return float("nan")
-    late = recording["micro_integral"][-round(seconds / recording.dt) - 1 : -1]
+    late = recording["micro_integral"][-round(3.0 / recording.dt) - 1 : -1]
     at = np.arange(len(late))
     return float(np.ptp(late - np.polyval(np.polyfit(at, late, 1), at)))
 
 
-def error_after(recording: Recording, step: float, seconds: float = 1.0) -> float:
-    """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples."""
-    k = round((step + seconds) / recording.dt)
+def error_after(recording: Recording, step: float) -> float:
+    """Reference minus laser [um] 1 s after a step at `step` [s], mean of 21 samples."""
+    k = round((step + 1.0) / recording.dt)
     if k + _MEAN // 2 >= len(recording):
         return float("nan")
     seen = float(recording["laser"][k - _MEAN // 2 : k + _MEAN // 2 + 1].mean())
     return 1e3 * float(recording["micro_reference"][k]) - seen
 
 
-def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
-    """Drop of the integral effort [V] below its value at the end of a hold, or NaN."""
-    a, b = (round(t / recording.dt) for t in (step, step + hold))
+def undershoot(recording: Recording, step: float) -> float:
+    """Drop of the integral effort [V] below its value at the end of a hold of 2 s, or NaN."""
+    a, b = (round(t / recording.dt) for t in (step, step + 2.0))
     if b > len(recording):
         return float("nan")
     part = recording["micro_integral"][a : b - 1]
@@ -186,5 +186,4 @@ def hold_errors(runs: MicroRuns) -> Array:
 def worst_hold(runs: MicroRuns) -> float:
     """Largest error [um] of a hold; NaN unless all were completed."""
     errors = np.abs(hold_errors(runs)[1])
-    whole = len(errors) == len(HOLDS) * len(runs.held)
-    return float(errors.max()) if whole and np.isfinite(errors).all() else float("nan")
+    return float(errors.max()) if len(errors) == len(HOLDS) * len(runs.held) else float("nan")

@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from macromicro.arrays import Array
+from macromicro.arrays import Array, spans
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.control.supervisor import SETTLING
 from macromicro.design.extension import RETURNED, Extension, extension
-from macromicro.design.response import MICRO_BAND
+from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.vibration import DECAYED, Vibration
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, dots, finish, line, new, note
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.chapter6 import integrated_runs as integrated
 from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
 from macromicro.thesis.contents import caption
@@ -56,7 +55,7 @@ def part(recording: Recording, single: Programme, cycle: int) -> Part:
 def cycling(runs: IntegratedRuns, number: str) -> Drawn:
     fan = number == "6.5"
     recording = runs.cooled if fan else runs.warm
-    bias = integrated_runs.cycle_bias(runs, recording)
+    bias = integrated.cycle_bias(runs, recording)
     parts = [part(recording, runs.single, k) for k in (0, len(bias.cycles) - 1)]
     names = [f"cycle {k}" for k in (1, len(bias.cycles))]
     figure, axes = new(6.2, 2, 2)
@@ -66,29 +65,25 @@ def cycling(runs: IntegratedRuns, number: str) -> Drawn:
     for own, colour, name in zip(parts, ("0.6", BLUE), names, strict=True):
         since, reference, laser = _since(recording, own)
         line(full, since, 1e-3 * laser, colour, name)
-        error = _mean(laser - reference, round(WINDOW_S / recording.dt))
+        error = smoothed(laser - reference, round(WINDOW_S / recording.dt) | 1)
         line(near, since, error, colour, name)
         _return(back, recording, own, colour, name)
     since, reference, _ = _since(recording, parts[-1])
     line(full, since, 1e-3 * reference, ORANGE, "reference", linestyle="--")
     rows = parts[-1].rows
     hall = 1e3 * recording["hall_position"][rows] - reference
-    hall = _mean(hall, round(WINDOW_S / recording.dt))
+    hall = smoothed(hall, round(WINDOW_S / recording.dt) | 1)
     line(near, since, hall, RED, "Hall sensor", linewidth=0.8)
     near.set_ylim(-HALF_ZOOM_UM, HALF_ZOOM_UM)
-    finish(full, "(a) full", "time since the laser's reset [s]", "laser [mm]", legend=True)
-    finish(
-        near,
-        "(b) zoom",
-        "time since the laser's reset [s]",
-        "reading - reference [um]",
-        legend=True,
-    )
+    reset = "time since the laser's reset [s]"
+    finish(full, "(a) full", reset, "laser [mm]", legend=True)
+    finish(near, "(b) zoom", reset, "reading - reference [um]", legend=True)
     if not fan:
         _label(near, since, laser=recording["laser"][rows] - reference, bias=bias)
     back.axhline(RETURNED, color=GREEN, linestyle="--", linewidth=1.0)
-    finish(back, "(c) return to zero before it", "time since switched off [s]", "Hall [um]")
-    back.legend(fontsize=7.5, loc="upper right", framealpha=0.85)
+    off = "time since switched off [s]"
+    key: Any = {"legend": "upper right", "frameon": True, "framealpha": 0.85}
+    finish(back, "(c) return to zero before it", off, "Hall [um]", **key)
     _by_cycle(axes[1, 1], bias)
     if not fan:
         return caption(number, figure, window=1e3 * WINDOW_S)
@@ -115,17 +110,12 @@ def _since(recording: Recording, own: Part) -> tuple[Array, Array, Array]:
     return t - t[0], reference, recording["laser"][own.rows]
 
 
-def _mean(y: Array, width: int) -> Array:
-    kernel = np.ones(width) / width
-    return np.convolve(np.pad(y, (width // 2, width - 1 - width // 2), "edge"), kernel, "valid")
-
-
 def _return(ax: Axes, recording: Recording, own: Part, colour: str, name: str) -> None:
     if own.before is None:
         return
     a, b = round(own.before.start_s / recording.dt), own.rows.start
     since = recording["t"][a:b] - recording["t"][a]
-    hall = _mean(1e3 * recording["hall_position"][a:b], 21)
+    hall = smoothed(1e3 * recording["hall_position"][a:b], 21)
     # Below 0.1 um there is nothing but the sensor's noise, and a logarithm has no zero.
     line(ax, since, np.where(hall > 0.1, hall, np.nan), colour, name)
     ax.set_yscale("log")
@@ -157,24 +147,15 @@ def _by_cycle(ax: Any, bias: Bias) -> None:
         found = [getattr(c, name) for c in bias.cycles]
         return [float("nan") if v is None else v for v in found]
 
-    ax.plot(
-        number, values("extension_s"), color=BLUE, marker="o", ms=4, label="return to 20 um (left)"
-    )
     other = ax.twinx()
-    other.plot(number, values("bias_um"), color=RED, marker="^", ms=4, label="bias by the laser")
-    other.plot(
-        number, values("left_um"), color=ORANGE, marker="s", ms=3.5, lw=0.9, label="left at reset"
-    )
-    if any(c.true_bias_um is not None for c in bias.cycles):
-        other.plot(
-            number,
-            values("true_bias_um"),
-            color=GREEN,
-            ms=3,
-            marker="v",
-            lw=0.9,
-            label="true error (bench truth)",
-        )
+    ax.plot(number, values("extension_s"), "o-", color=BLUE, ms=4, label="return to 20 um (left)")
+    for name, style, colour, size, width, label in (
+        ("bias_um", "^-", RED, 4, 1.5, "bias by the laser"),
+        ("left_um", "s-", ORANGE, 3.5, 0.9, "left at reset"),
+        ("true_bias_um", "v-", GREEN, 3, 0.9, "true error (bench truth)"),
+    ):
+        if np.isfinite(values(name)).any():
+            other.plot(number, values(name), style, color=colour, ms=size, lw=width, label=label)
     # The same scales with and without a fan, unless what was measured needs more.
     ax.set_ylim(0.0, np.nanmax([2.2, *(1.5 * v for v in values("extension_s"))]))
     other.set_ylim(-1.5, np.nanmax([12.0, *(1.8 * v for v in values("bias_um"))]))
@@ -209,9 +190,9 @@ def response(runs: IntegratedRuns) -> Drawn:
     target = float(runs.single.target[moves[0]]) * pitch
     axes[0, 1].set_ylim(target - 2.0, target + 5.0)
     for ax in axes[:, 1]:
-        waits = _spans(phase[:second] == SETTLING)
+        waits = spans(phase[:second] == SETTLING)
         for a, b in waits:
-            ax.axvspan(t[a], t[b], color=PURPLE, alpha=0.2, linewidth=0)
+            ax.axvspan(t[a], t[b - 1], color=PURPLE, alpha=0.2, linewidth=0)
         for k in np.flatnonzero(r["laser_reset"][:second]):
             ax.axvline(t[k], color=RED, linestyle=":", linewidth=1.2)
             ax.text(t[k] + 0.15, 0.92, "reset", fontsize=8, color=RED, **_on(ax))
@@ -229,20 +210,11 @@ def _on(ax: Axes) -> dict[str, object]:
     return {"transform": ax.get_xaxis_transform()}
 
 
-def _spans(holds: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    padded = np.r_[False, holds, False]
-    begin, end = (
-        np.flatnonzero(~padded[:-1] & padded[1:]),
-        np.flatnonzero(padded[:-1] & ~padded[1:]),
-    )
-    return [(int(a), int(b) - 1) for a, b in zip(begin, end, strict=True)]
-
-
 def vibration(runs: IntegratedRuns) -> Drawn:
     r = runs.warm
     found = integrated.shaken(runs)
-    calm = _spans((r["phase"] == SETTLING) & (r["move"] == 0))
-    end = calm[0][1] if calm else len(r) - 1
+    calm = spans((r["phase"] == SETTLING) & (r["move"] == 0))
+    end = calm[0][1] - 1 if calm else len(r) - 1
     rest = found[0].rest_s if found else float(r["t"][calm[0][0] if calm else 0])
     start = max(0, round((rest - 0.1) / r.dt))
     settled = float(r["laser"][end - (end - start) // 4 : end].mean())
@@ -259,21 +231,10 @@ def vibration(runs: IntegratedRuns) -> Drawn:
     x = "time since the carriage stands [s]"
     finish(axes[0, 0], "(a) full", x, "position [um]", legend=True)
     finish(axes[0, 1], "(b) zoom", x)
-    for ax, values, low, high, printed, title in (
-        (
-            axes[1, 0],
-            [v.amplitude_um for v in found],
-            *integrated.PEAK_UM,
-            20.0,
-            "(c) first peak of the fit [um]",
-        ),
-        (
-            axes[1, 1],
-            [v.decay_s for v in found],
-            *integrated.DECAY_S,
-            2.0,
-            "(d) fit down to 2 um [s]",
-        ),
+    peaks, decays = [v.amplitude_um for v in found], [v.decay_s for v in found]
+    for ax, values, (low, high), printed, title in (
+        (axes[1, 0], peaks, integrated.PEAK_UM, 20.0, "(c) first peak of the fit [um]"),
+        (axes[1, 1], decays, integrated.DECAY_S, 2.0, "(d) fit down to 2 um [s]"),
     ):
         ax.axhspan(low, high, color=GREEN, alpha=0.15, linewidth=0)
         ax.axhline(printed, color="0.4", linestyle="--", linewidth=1.0)
@@ -310,9 +271,7 @@ def squares(runs: IntegratedRuns) -> Drawn:
     t = r["t"][:-1]
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1, 1.3]})
     full, near = axes[0]
-    for ax, rows in zip(
-        (full, near), (slice(0, len(t)), slice(round(last[0].start_s / dt), len(t))), strict=True
-    ):
+    for ax, rows in ((full, slice(0, len(t))), (near, slice(round(last[0].start_s / dt), len(t)))):
         line(ax, t[rows], r["micro_reference"][:-1][rows], ORANGE, "reference", linestyle="--")
         line(ax, t[rows], 1e-3 * r["laser"][:-1][rows], BLUE, "laser")
     for move in last:
@@ -323,14 +282,8 @@ def squares(runs: IntegratedRuns) -> Drawn:
     finish(near, "(b) the last")
     time = integrated.cycle_time(runs)
     both = time.contraction + time.extension
-    return caption(
-        "6.5 (squares)",
-        figure,
-        range=integrated.RANGE_MM,
-        band=MICRO_BAND,
-        both=both,
-        rate=1.0 / both,
-    )
+    shown = {"range": integrated.RANGE_MM, "band": MICRO_BAND, "both": both, "rate": 1.0 / both}
+    return caption("6.5 (squares)", figure, **shown)
 
 
 def collect(lab: Lab) -> IntegratedRuns:

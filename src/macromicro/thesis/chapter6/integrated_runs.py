@@ -87,15 +87,10 @@ def turns(recording: Recording, single: Programme) -> list[Turn]:
         resets = np.flatnonzero(recording["laser_reset"][rows])
         order = bool(np.all(np.diff(part) >= 0)) and len(fine) > 0 and len(resets) == 1
         enabled = int(fine[0]) if len(fine) else len(rows)
-        nan = float("nan")
-        found.append(
-            Turn(
-                moving * dt if order else nan,
-                settling * dt if order else nan,
-                (int(resets[0]) - enabled) * dt if order else nan,
-                bool(np.all(recording["ctrl"][rows[:enabled]] == 0.0)),
-            )
-        )
+        quiet = bool(np.all(recording["ctrl"][rows[:enabled]] == 0.0))
+        reset = int(resets[0]) - enabled if order else 0
+        turn = Turn(moving * dt, settling * dt, reset * dt, quiet)
+        found.append(turn if order else Turn(math.nan, math.nan, math.nan, quiet))
     return found
 
 
@@ -104,6 +99,7 @@ def shaken(runs: IntegratedRuns) -> list[Vibration]:
 
 
 def vibrations(recording: Recording, single: Programme, settings: Settings) -> list[Vibration]:
+    """Those after the macro moves of the first cycle."""
     done = moves_of(recording, single.repeated(CYCLES), settings)
     first = [m for m in done if m.stage == "macro" and m.move < len(single.target)]
     return [v for m in first if (v := vibration(recording, m)) is not None]
@@ -153,8 +149,7 @@ def cycle_time(runs: IntegratedRuns) -> CycleTime:
     done = squares(runs)
     if len(done) < 2 * SQUARES:
         return CycleTime(math.nan, math.nan)
-    last = done[-2:]
-    return CycleTime(*(float("nan") if m.settling_s is None else m.settling_s for m in last))
+    return CycleTime(*(_number(m.settling_s) for m in done[-2:]))
 
 
 def _number(value: float | None) -> float:

@@ -14,7 +14,7 @@ from macromicro.drawing.style import BLUE, GREEN, RED, dots, finish, line, new
 from macromicro.lab.drive import by_laser, heated
 from macromicro.lab.machine import Machine
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5 import electrothermal_runs
 from macromicro.thesis.claims import Claim, accepts, band, judge, state, within
 from macromicro.thesis.contents import caption
 from macromicro.thesis.procedure import Lab
@@ -50,7 +50,7 @@ class LaserRuns(NamedTuple):
 
 
 def record(machine: Machine, seed: int = 0) -> LaserRuns:
-    still = _electrothermal_runs.step(0.0, RECORDS * WINDOW_S)
+    still = electrothermal_runs.step(0.0, RECORDS * WINDOW_S)
 
     def held(law: PiAntiWindup) -> list[Recording]:
         return [
@@ -84,14 +84,8 @@ def claims(runs: LaserRuns) -> list[Claim]:
 
 def _rest(seen: LaserRuns) -> Claim:
     rest = [amplitude(part) for part in np.array_split(seen.rest["laser"], RECORDS)]
-    return state(
-        "I5",
-        float(np.mean(rest)),
-        within("I5", *rest),
-        records=len(rest),
-        least=min(rest),
-        most=max(rest),
-    )
+    mean, verdict = float(np.mean(rest)), within("I5", *rest)
+    return state("I5", mean, verdict, records=len(rest), least=min(rest), most=max(rest))
 
 
 def _accuracy(seen: LaserRuns) -> Claim:

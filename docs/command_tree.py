@@ -1,4 +1,4 @@
-"""The commands as data, for docs/commands.md."""
+"""The commands as data, for commands.md."""
 
 from __future__ import annotations
 
