@@ -12,7 +12,7 @@ import pytest
 
 from macromicro import batch
 from macromicro.arrays import Array
-from macromicro.batch import Metric, Trajectories, Variants
+from macromicro.batch import Metric, Variants
 from macromicro.errors import InputError
 from macromicro.machines.machine import JOINT, MACHINES
 
@@ -41,9 +41,6 @@ class Slow:
         if self.bad is not None and first <= self.bad < first + len(variants.values):
             raise InputError(f"variant {self.bad}", "bad", "good")
         return np.array(variants.values)
-
-    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        return Trajectories(np.zeros(0), {}, {})
 
 
 def sets(number: int, size: int, taken: list[int] | None = None) -> Iterator[Variants]:

@@ -18,7 +18,7 @@ from macromicro.errors import InputError
 from macromicro.machines import _stability, loops
 from macromicro.schema.config import problems
 from macromicro.schema.par import entries, replaced
-from macromicro.serve import choosing
+from macromicro.serve import settings as serve_settings
 from macromicro.serve.settings import LiveSettings
 from tests.control.live.test_moves import ready
 from tests.serve.stage.bed import Bed
@@ -28,7 +28,7 @@ FILES = sorted(f for f in MACHINES.glob("*.toml") if f.stem != "xyz")  # which i
 
 
 def axes(file: Path) -> list[Any]:
-    tree = choosing.load(file).tree  # type: ignore[union-attr]
+    tree = serve_settings.load(file).tree  # type: ignore[union-attr]
     return [tree] if hasattr(tree, "controller") else [tree.x, tree.y]
 
 
@@ -125,13 +125,13 @@ def test_a_file_with_such_gains_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     file.write_text('machine = "axis"\n[controller]\nposition = "5000 1/s"\n')
     with pytest.raises(InputError, match=r"controller\.position.*at most"):
-        choosing.load(file)
+        serve_settings.load(file)
     file.write_text('[controller.pid]\nkp = "50 V/count"\n')
-    loaded = choosing.load(file)
+    loaded = serve_settings.load(file)
     assert isinstance(loaded, LiveSettings)
     refused = gains.unfit(loaded.controller)
     assert refused is not None and "pid.kp" in refused.reason and "at most" in refused.remedy
-    assert isinstance(choosing.load(None), LiveSettings)
+    assert isinstance(serve_settings.load(None), LiveSettings)
 
 
 @pytest.mark.parametrize(
