@@ -99,16 +99,25 @@ class Page(Window):
         field = self.find("#move-value")
         field.clear()
         field.send_keys(f"{millimetres:.6f}")
+        before = self.station.events()[0]
         self.click("#move")
-        return self.begun()
+        return self.begun(before)
 
-    def begun(self) -> int:
+    def begun(self, since: int | None = None) -> int:
         """Wait until a motion is under way that was not asked for before; its number.
 
-        The one before may still stand in the snapshot when its end has been told.
+        The one before may still stand in the snapshot when its end has been told. With `since`, a
+        place in the events, one of milliseconds is found that has ended between two looks.
         """
         seen = (0, self.last)
-        self.last = int(until(lambda: (now := self.station.snapshot().motion) not in seen and now))
+
+        def new() -> int:
+            now = self.station.snapshot().motion
+            events = [] if since is None else self.station.events(since)[1]
+            ended = [each.id for each in events if isinstance(each, m.Finished)]
+            return next((number for number in (now, *ended) if number not in seen), 0)
+
+        self.last = int(until(new))
         return self.last
 
     def moving(self) -> None:
