@@ -90,7 +90,7 @@ maker: $(VENV)/.dev ## follow docs/board.md on the simulated board, command by c
 	$(PYTEST) -m "slow or not slow" tests/firmware/test_build_one.py
 
 trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time; TRIAL=
-	PYTHONPATH=tools $(BIN)/python -m boardtrial --minutes $(MINUTES) --out $(TRIAL)
+	PYTHONPATH=tools:docs $(BIN)/python -m boardtrial --minutes $(MINUTES) --out $(TRIAL)
 
 lint: $(VENV)/.dev ## check format, style, types and the layers
 	$(BIN)/ruff format --check .
@@ -134,10 +134,10 @@ mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED=
 	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
 
 matrix: $(VENV)/.core ## every fault in every mode of each kind of machine, judged by truth; FAULTS=--quick: some
-	PYTHONPATH=tools $(BIN)/python -m faultmatrix --workers $(WORKERS) --out $(MATRIX) $(FAULTS)
+	PYTHONPATH=tools:docs $(BIN)/python -m faultmatrix --workers $(WORKERS) --out $(MATRIX) $(FAULTS)
 
 soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60; KIND=slide SOAK=
-	PYTHONPATH=tools $(BIN)/python -m soak --kind $(KIND) --minutes $(MINUTES) --out $(SOAK)
+	PYTHONPATH=tools:docs $(BIN)/python -m soak --kind $(KIND) --minutes $(MINUTES) --out $(SOAK)
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py

@@ -121,7 +121,7 @@ def compared(
     return found
 
 
-def told(those: Sequence[Tried]) -> str:
+def summarise(those: Sequence[Tried]) -> str:
     """What came of random machines of a kind: a table in Markdown."""
     done = [one for one in those if not one["refused"]]
     lines = []

@@ -57,8 +57,8 @@ ROWS = (
 )  # fmt: skip
 
 
-def told(every: dict[str, list[dict[str, Any]]]) -> str:
-    """The table: the thesis' law, ours identified anew, and ours as it was."""
+def summary_table(every: dict[str, list[dict[str, Any]]]) -> str:
+    """The table: the thesis' law, ours re-identified, and ours as it was."""
     shown = ((GROUPS[0], 0), (GROUPS[0], 1), (GROUPS[1], 1))
     values = {
         (name, *column): maker.rows(beyond.of_group(every[name], column[0]), maker.LAWS[column[1]])
@@ -79,4 +79,4 @@ def told(every: dict[str, list[dict[str, Any]]]) -> str:
 
 if __name__ == "__main__":
     found = {name: measured_page.read(maker.STUDY.results) for name, maker in MAKERS.items()}
-    measured_page.put(beyond.PAGE, "summary", told(found))
+    measured_page.put(beyond.PAGE, "summary", summary_table(found))

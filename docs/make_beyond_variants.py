@@ -87,7 +87,7 @@ def middle(settings: Settings, scratch: str, k: int) -> dict[str, Any]:
     return {"moves": moves, "tracking": make_beyond_micro.tracked(tree, folder)}
 
 
-def told(every: list[dict[str, Any]], stage: str) -> str:
+def stage_table(every: list[dict[str, Any]], stage: str) -> str:
     """The table of a stage: a row for each bench."""
     quantities = SHOWN[stage]
     lines = []
@@ -108,7 +108,7 @@ def told(every: list[dict[str, Any]], stage: str) -> str:
 def tables(every: list[dict[str, Any]]) -> dict[str, str]:
     """A table for each stage that was measured."""
     stages = dict.fromkeys(bench["kind"] for bench in every)
-    return {f"variants {stage}": told(every, stage) for stage in stages}
+    return {f"variants {stage}": stage_table(every, stage) for stage in stages}
 
 
 def jobs(chosen: argparse.Namespace) -> list[Any]:

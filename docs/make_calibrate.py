@@ -346,7 +346,7 @@ def held(found: list[dict[str, Any]]) -> str:
     return "\n" + measured_page.table(["printed interval", "contains the true value"], lines)
 
 
-def told(checks: list[dict[str, Any]]) -> str:
+def check_table(checks: list[dict[str, Any]]) -> str:
     """How many right and wrong calibrations `--check` tells apart."""
     right = sum(each["right"] for each in checks)
     lines = [("the machine that was calibrated", f"{right} of {len(checks)} pass")]
@@ -363,7 +363,7 @@ def tables(every: list[dict[str, Any]]) -> dict[str, str]:
     text = rows(every)
     text += rippled(of_ripple) if of_ripple else ""
     text += held(every)
-    text += told(checks) if checks else ""
+    text += check_table(checks) if checks else ""
     return {"calibrations": text}
 
 

@@ -108,7 +108,7 @@ def tables(every: list[dict[str, Any]]) -> dict[str, str]:
             head = ["file", "found", "moves that arrived"]
             found[kind] = measured_page.table(head, [each["cells"] for each in mine])
         else:
-            found[kind] = commissioning.told(mine)
+            found[kind] = commissioning.summarise(mine)
     return found
 
 

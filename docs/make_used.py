@@ -99,7 +99,7 @@ def _driving(run: Recording) -> float:
     return float(np.sqrt(np.mean(current**2)))
 
 
-def told(settings: Settings) -> str:
+def used_table(settings: Settings) -> str:
     """The table."""
     runs = [api.run(PROGRAMME, settings=beyond.under(settings, law)) for law in LAWS]
     lines = [
@@ -110,6 +110,6 @@ def told(settings: Settings) -> str:
 
 
 if __name__ == "__main__":
-    table = told(Settings())
+    table = used_table(Settings())
     if "--quick" not in sys.argv:
         measured_page.put(beyond.PAGE, "used", table)

@@ -70,7 +70,7 @@ def parsed(about: str | None, given: list[str] | None = None) -> argparse.Namesp
     parser.add_argument("--benches", type=int, help="drawn ones, where any are")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--scratch", default="results/beyond")
-    parser.add_argument("--page", action="store_true", help="only write the page anew")
+    parser.add_argument("--page", action="store_true", help="only write the page again")
     parser.add_argument(
         "--only", type=int, nargs="+", metavar="N", help="these benches alone, the others as kept"
     )

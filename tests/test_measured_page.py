@@ -141,7 +141,7 @@ def test_the_page_says_what_motor_and_wires_are_asked_for(
     """As measured now; nothing is beyond what the table itself allows."""
     import make_used
 
-    table = make_used.told(make_used.Settings())
+    table = make_used.used_table(make_used.Settings())
     assert table in (DOCS / "validation" / "beyond.md").read_text(encoding="utf-8")
     cells = [line.strip("|").split("|") for line in table.splitlines()[2:]]
     judged = [row for row in cells if row[1].strip() != "-"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 
@@ -14,9 +13,3 @@ def write(path: Path, name: str, text: str) -> None:
     before, found, rest = old.partition(begin)
     after = rest.partition(end)[2].removeprefix("\n") if found else ""
     path.write_text(f"{before}{begin}\n{text.rstrip()}\n{end}\n{after}", encoding="utf-8")
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of a table in Markdown."""
-    first, *others = (f"| {' | '.join(cells)} |" for cells in (head, *rows))
-    return [first, "|---" * len(head) + "|", *others]

@@ -19,7 +19,3 @@ def test_a_second_section_replaces_the_first_in_a_file_of_its_own_and_in_a_page(
     page.write_text(f"# Title\n\n{text.replace('Two', 'One')}\nThe end.\n")
     sections.write(page, "trial", "Two.")
     assert page.read_text() == f"# Title\n\n{text}\nThe end.\n"
-
-
-def test_a_table_has_its_head() -> None:
-    assert sections.table(("a", "b"), [("1", "2")]) == ["| a | b |", "|---|---|", "| 1 | 2 |"]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import sections
+import measured_page
+
 from boardtrial.trial import Trial
 
 
@@ -45,7 +46,7 @@ def section(trial: Trial, seed: int, wall: float) -> str:
         ("the wire, at most", f"{judge.hottest:.0f} degC"),
         ("the carriage, at most", f"{1e3 * judge.fastest:.0f} mm/s"),
     ]
-    lines = sections.table(("", ""), rows)
+    lines = [measured_page.table(("", ""), rows).rstrip()]
     lines += [f"\nUnsafe: {each}" for each in judge.unsafe]
     lines += [f"\nUnexplained: {each}" for each in trial.unexplained]
     return "\n".join(lines)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+import measured_page
 import numpy as np
 
-import sections
 from faultmatrix.cells import BAD, HARMLESS, MODES, SAFE_, UNSEEN, Cell
 
 HEAD = ("fault", "safe by", "within", "not visible", "harmless")
@@ -39,7 +39,7 @@ def section(cells: Sequence[Cell]) -> str:
             ]
             longest = f"{np.nanmax(seconds):.3g} s" if np.isfinite(seconds).any() else "-"
             rows.append((names, safe, longest, unseen, harmless))
-        lines += [*sections.table(HEAD, rows), ""]
+        lines.append(measured_page.table(HEAD, rows))
     return "\n".join(lines)
 
 

@@ -7,7 +7,8 @@ import statistics
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-import sections
+import measured_page
+
 from macromicro.rig import faults
 from soak.campaign import Campaign, Round
 from soak.trials import NO_FAULT
@@ -21,14 +22,14 @@ MOST_MB, MOST_LOOP_MB, MOST_FILES = 8.0, 2.0, 3
 
 def part(campaign: Campaign, rounds: Sequence[Round], complaints: list[str]) -> str:
     """A machine: the faults, then the checks, then what nothing explains."""
-    lines = [f"**{campaign.victim.subject.name.capitalize()}**", "", *_faults(rounds), ""]
+    lines = [f"**{campaign.victim.subject.name.capitalize()}**", "", _faults(rounds)]
     lines += [*_checks(campaign), f"- Unexplained: {len(complaints)}."]
     if complaints:
         lines += ["", *(f"- **unexplained**: {each}" for each in complaints)]
     return "\n".join([*lines, ""])
 
 
-def _faults(rounds: Sequence[Round]) -> list[str]:
+def _faults(rounds: Sequence[Round]) -> str:
     head = ("fault", "injected", "stopped", "safe after, median [ms]", "worst [ms]", "reported")
     rows = []
     for name in sorted({each.name for each in rounds} - {NO_FAULT.name}):
@@ -41,7 +42,7 @@ def _faults(rounds: Sequence[Round]) -> list[str]:
         words = (most[0][0] if most else "nothing").replace("|", "/")[:110]
         words = _NAMES.get(words, words)
         rows.append((name, str(len(mine)), str(stopped), median, worst, words))
-    return sections.table(head, rows)
+    return measured_page.table(head, rows)
 
 
 def growth(loads: list[tuple[float, Load]]) -> tuple[float, float, int, int]:

@@ -102,7 +102,7 @@ def choose_structure(rows: list[Rows]) -> Judged:
         return judged._replace(reasons=ordered)
     if (
         reasons["viscous"] == _NEGATIVE
-        and fit_structure(rows, "viscous", told=False).axis.mass < 0.0
+        and fit_structure(rows, "viscous", errors=False).axis.mass < 0.0
     ):
         problem = "the mass is negative: the force acts against the acceleration"
         remedy = "Check the signs of u, x and gain, whether x wraps, and the sample time."
@@ -136,18 +136,18 @@ def held_out(rows: list[Rows], name: str) -> Array | str:
 
 def _fit(rows: list[Rows], name: str) -> Estimate | str:
     try:
-        estimate = fit_structure(rows, name, told=False)
+        estimate = fit_structure(rows, name, errors=False)
     except InputError:
         return _TOO_POOR
     return estimate if plausible(estimate) else _NEGATIVE
 
 
 def _unsure(rows: list[Rows], structure: str) -> str:
-    """Which added term is smaller than its error, though it lowers what is tiny anyway."""
+    """Why a structure is not taken: a term that it adds is smaller than its error. Or ""."""
     found = fit_structure(rows, structure)
     for name, value, error in zip(found.names, found.values, found.std, strict=True):
         if name in _ADDED and error > abs(value):
-            return f"the error of its {name} exceeds the value"
+            return f"the standard error of its {name} exceeds the value"
     return ""
 
 

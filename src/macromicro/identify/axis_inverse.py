@@ -269,7 +269,7 @@ class _Solved(NamedTuple):
     left: Array
     missed: Array
 
-    def told(self, rows: list[Rows]) -> Estimate:
+    def with_errors(self, rows: list[Rows]) -> Estimate:
         """The estimate with its errors, to first order including Stribeck's speed."""
         found, table = self.estimate, self.left
         if SPEED in found.names:
@@ -308,7 +308,7 @@ def by_speed(rows: list[Rows], estimate: Estimate) -> Array:
     return np.asarray(p.stribeck * table[:, 0])
 
 
-def fit_structure(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
+def fit_structure(rows: list[Rows], structure: str, *, errors: bool = True) -> Estimate:
     """Least squares over all records; Stribeck's speed by search, plausible results first."""
     names = parameters(rows, structure)
     top = max(float(np.abs(r.v).max()) for r in rows)
@@ -334,7 +334,7 @@ def fit_structure(rows: list[Rows], structure: str, *, told: bool = True) -> Est
     assert best is not None
     if SPEED in names:
         best = _nearer(rows, steady, best)
-    return best.told(rows) if told else best.estimate
+    return best.with_errors(rows) if errors else best.estimate
 
 
 def _nearer(rows: list[Rows], steady: Array, found: _Solved) -> _Solved:

@@ -101,7 +101,7 @@ class Stream:
             return b""
         last, block, _ = self._context.station.telemetry(self._since)
         view = self.view
-        if last < self._since:  # another loop counts anew
+        if last < self._since:  # another loop counts from 0
             self._since = -1
             return b""
         data = self._plots.frame(view, last, block[:, -view.rows :])

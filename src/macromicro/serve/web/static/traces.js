@@ -22,7 +22,7 @@ export class Ring {
 
   take(frame) {
     if (frame.view !== this.view || frame.channels !== this.channels) return;
-    if (frame.row < this.row) this.tags.fill(-1); // another loop counts anew
+    if (frame.row < this.row) this.tags.fill(-1); // another loop counts from 0
     const size = this.channels * 2;
     for (let k = 0; k < frame.bins; k++) {
       const bin = frame.first + k, slot = bin % this.columns;
