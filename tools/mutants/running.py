@@ -25,7 +25,7 @@ from operators import Mutant
 
 KILLED, SURVIVED, TIMED_OUT = "killed", "survived", "timed out"
 _LONGEST = 900.0  # s that the tests may take without a mutation
-_SLACK = 20.0  # s beyond ten times that
+_SLACK = 10.0  # s beyond three times that
 _OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not slow")
 
 
@@ -55,7 +55,7 @@ class Bench:
         """KILLED, SURVIVED or TIMED_OUT: what tests say that take so long without a mutation."""
         changed = new_machine_code(source.read_text("utf-8"), mutant)
         try:
-            cache, limit = "mutated" if changed else "kernels", 10.0 * seconds + _SLACK
+            cache, limit = "mutated" if changed else "kernels", 3.0 * seconds + _SLACK
             # Mistakes of the same lines are noticed by the same tests.
             outcome = SURVIVED
             if self._killer:
