@@ -240,3 +240,17 @@ def test_units_are_printed_with_spaces_and_powers() -> None:
         "s^2",
         "1.059e-7 s^2",
     ]
+
+
+@given(st.floats(1e-12, 1e6), st.sampled_from(["m", "s", "V", "N"]))
+def test_a_readable_value_has_a_digit_before_its_point_if_a_unit_allows_it(
+    value: float, unit: str
+) -> None:
+    to = units.readable(-value, unit)
+    told = units.convert(value, unit, to)
+    assert told >= 1.0 or to in ("nm", "us", "uV", "N")
+    assert told < 1000.0 or to == unit
+
+
+def test_nothing_and_no_number_stay_in_their_unit() -> None:
+    assert [units.readable(value, "m") for value in (0.0, math.nan, math.inf)] == ["m"] * 3

@@ -386,6 +386,36 @@ def convert(value: float, unit: str, to: str) -> float:
     return float(Decimal(repr(float(value))) * size / goal)
 
 
+_READABLE = {"m": ("m", "mm", "um", "nm"), "s": ("s", "ms", "us"), "V": ("V", "mV", "uV")}
+
+
+def readable(value: float, unit: str) -> str:
+    """The unit in which a value has digits before its point: 0.0001 m as um.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        Unit of `value`.
+
+    Returns
+    -------
+    str
+        A metre, second or volt, or a part of it; any other unit as it is.
+
+    Examples
+    --------
+    >>> from macromicro.units import readable
+    >>> readable(0.000125, "m"), readable(9e-05, "s"), readable(0.0, "V"), readable(0.1, "N")
+    ('um', 'us', 'V', 'N')
+    """
+    parts = _READABLE.get(unit)
+    if parts is None or value == 0.0 or not math.isfinite(value):
+        return unit
+    return next((part for part in parts if abs(convert(value, unit, part)) >= 1.0), parts[-1])
+
+
 def shown(value: float, unit: str, shown_unit: str = "", digits: int = 17) -> str:
     """A stored value as text with its unit.
 

@@ -13,7 +13,7 @@ from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.schema import config
 
-ROWS = (("settling on the worst model", "0.01", "0.05 s by the rules", "s"),)
+ROWS = (("settling on the worst model", "10", "50 ms by the rules", "ms"),)
 FOUND = Tuned({"controller.position": '"41 1/s"'}, ROWS, ("it was said before",))
 
 
@@ -32,7 +32,7 @@ def chosen(rules: tuple[float, str], search: tuple[float, str]) -> Tuned:
 def test_gains_that_settle_sooner_on_the_stage_stay() -> None:
     found = chosen((0.04, ""), (0.03, ""))
     assert found.gains == FOUND.gains and found.doubts == FOUND.doubts
-    assert found.rows == (("settling on the stage", "0.03", "0.04 s by the rules", "s"), *ROWS)
+    assert found.rows == (("settling on the stage", "30", "40 ms by the rules", "ms"), *ROWS)
 
 
 @pytest.mark.parametrize("late", [0.039, 0.04, 0.141, math.inf])
@@ -42,8 +42,8 @@ def test_gains_that_settle_later_or_hardly_sooner_are_left_out_with_both_figures
     found = chosen((0.04, ""), (late, ""))
     assert found.gains == {} and found.doubts == FOUND.doubts
     ((name, value, other, unit),) = found.rows
-    assert (name, value, unit) == ("settling on the stage", "0.04", "s")
-    assert other.startswith(f"{late:.3g} s by the search")
+    assert (name, value, unit) == ("settling on the stage", "40", "ms")
+    assert other.startswith(f"{1e3 * late:.4g} ms by the search")
 
 
 def test_where_only_the_search_arrives_it_stays_and_where_neither_does_the_rules() -> None:

@@ -45,7 +45,7 @@ def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
     told = _axis_gains.robust(made, UNSURE)
     assert told.stable == DRAWS and told.least.modulus >= _axis_gains.LEAST
     (name, after, before, unit), *rest = found.rows
-    assert (name, unit) == ("settling on the worst model", "s")
+    assert (name, unit) == ("settling on the worst model", "ms")
     assert float(after) <= 0.95 * float(before.split()[0])
     assert [row[0] for row in rest] == list(found.gains)
     text = found.gains["controller.velocity"]

@@ -322,7 +322,7 @@ def test_gains_by_which_the_stage_itself_settles_later_are_left_out(
     assert found.verified.met and found.tuned.gains == {}
     assert found.settings.controller.position > 5.0 * float(slow)
     ((what, rules, search, unit),) = found.tuned.rows
-    assert what == "settling on the stage" and unit == "s"
+    assert what == "settling on the stage" and unit == "ms"
     assert float(rules) < 0.5 * float(search.split()[0])
     assert search in more.page(found)
 
@@ -347,7 +347,7 @@ def test_both_gains_are_judged_from_the_same_place_and_by_the_same_tolerance(
     assert rules.arrival == search.arrival and rules.travel.high > 0.05
     assert rules.controller.position != 41.0 and search.controller.position == 41.0
     assert found.settings.controller.position == 41.0
-    assert found.tuned.rows[0][1:3] == ("0.5", "1 s by the rules")
+    assert found.tuned.rows[0][1:3] == ("500", "1000 ms by the rules")
 
     # Resumed, neither is tried again; other gains than those are.
     more = again(tune=tune, compare=compare)

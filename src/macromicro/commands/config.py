@@ -35,6 +35,8 @@ def show(
                 raise ProblemError(name, "not allowed with --axis, which prints a whole axis of xy")
         _show_axis(config, axis)
         return
+    if key is not None and key.endswith(".toml"):
+        raise ProblemError(key, "a file, not a key", f"Name it with --config {key}.")
     if machine is None and key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import load
 

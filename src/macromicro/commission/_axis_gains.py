@@ -188,7 +188,8 @@ def as_tuned(settings: Any, found: Tuning, before: float, after: float) -> Tuned
     units = {e.path: e.par.unit for e in entries(settings)}
     paths, best = found.subject.paths, found.best.settings
     gains = {p: f'"{value_at(best, p)!r} {units[p]}"' for p in paths}
-    rows = [("settling on the worst model", f"{after:.3g}", f"{before:.3g} s by the rules", "s")]
+    rule = f"{1e3 * before:.4g} ms by the rules"
+    rows = [("settling on the worst model", f"{1e3 * after:.4g}", rule, "ms")]
     for path in paths:
         rule = f"{value_at(settings, path):.4g} {units[path]} by the rules"
         rows.append((path, f"{value_at(best, path):.4g}", rule, units[path]))

@@ -174,10 +174,10 @@ def faster(found: Compared, tuned: Tuned) -> Tuned:
         for name, fault in zip(("rules", "search"), found.faults, strict=True)
         if fault
     )
-    what, unit = "settling on the stage", "s"
+    what, unit = "settling on the stage", "ms"
+    by_search, by_rules = f"{1e3 * after:.4g}", f"{1e3 * before:.4g}"
     if is_better(after, before):
-        row = (what, f"{after:.3g}", f"{before:.3g} {unit} by the rules", unit)
+        row = (what, by_search, f"{by_rules} {unit} by the rules", unit)
         return tuned._replace(rows=(row, *tuned.rows), doubts=(*tuned.doubts, *doubts))
-    rejected = f"{after:.3g} {unit} by the search, whose gains are rejected"
-    row = (what, f"{before:.3g}", rejected, unit)
+    row = (what, by_rules, f"{by_search} {unit} by the search, whose gains are rejected", unit)
     return Tuned(rows=(row,), doubts=(*tuned.doubts, *doubts))

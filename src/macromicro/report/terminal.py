@@ -16,16 +16,9 @@ from macromicro.runs import folder
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 Report = Callable[[float, int], None]
-_NARROW = 100
-# Broken so that the table fits into 80 columns.
-_BROKEN = {
-    "error at rest": "error\nat rest",
-    "overshoot": "over-\nshoot",
-    "Hall error": "Hall\nerror",
-    "true error": "true\nerror",
-}
 
 
 def progress(job: Any) -> AbstractContextManager[Report]:
@@ -55,16 +48,28 @@ def show(report: RunReport, out: Path) -> None:
     from rich.text import Text
 
     console = terminal()
-    narrow = console.width < _NARROW
-    shown = table(_BROKEN.get(each, each) if narrow else each for each in report.headings)
-    for line in report.table:
-        add_row(shown, line.cells, "" if line.arrived else "bold red")
+    shown = _moves(report, report.headings)
+    unbounded = console.options.update_width(sys.maxsize)
+    if console.measure(shown, options=unbounded).maximum > console.width:
+        shown = _moves(report, [_break_up(each) for each in report.headings])
     if report.table:
         console.print(shown)
         console.print()
     console.print(Text(f"{report.verdict}; open {out / folder.PAGE}"), soft_wrap=True)
     for name, text in report.remarks:
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
+
+
+def _moves(report: RunReport, headings: Sequence[str]) -> Table:
+    shown = table(headings)
+    for line in report.table:
+        add_row(shown, line.cells, "" if line.arrived else "bold red")
+    return shown
+
+
+def _break_up(heading: str) -> str:
+    """A heading in two lines."""
+    return heading.replace("overshoot", "over-\nshoot").replace(" ", "\n", 1)
 
 
 def show_comparison(found: Comparison) -> None:

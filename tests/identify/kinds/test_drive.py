@@ -53,9 +53,9 @@ def test_a_file_in_volts_and_metres(tmp_path: Path, asked: list[dict[str, Any]])
     assert lines["coulomb"].note == "Coulomb friction; inverse dynamics 6"
     assert lines["coulomb"].unit == "V"
     said = dict(made.remarks)
-    assert said["fit"] == "free run 91.35 %, RMS 0.005976 m over 400 samples"
+    assert said["fit"] == "free run 91.35 %, RMS 5.976 mm over 400 samples"
     assert said["method"] == "output error, the more accurate one"
-    assert said["on held-out data"] == "RMS 0.02 m"
+    assert said["on held-out data"] == "RMS 20 mm"
     assert said["force, inverse dynamics"] == "error 7.50 %"
     assert said["structure"] == "force error on held-out data: coulomb 0.25, taken; viscous 0.5"
     assert "gain" not in said and "delay" not in said

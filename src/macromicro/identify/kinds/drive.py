@@ -27,6 +27,7 @@ from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import FIT
 from macromicro.place import ANGLE
+from macromicro.units import convert, readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -133,7 +134,7 @@ def _report_fit(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part
     percent = fit_percent([free + left for free, left in each], fit.free_run)
     samples, unit = sum(map(len, t)), records.output
     remarks = [
-        ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {unit} over {samples} samples"),
+        ("fit", f"free run {percent:.2f} %, RMS {_amount(fit.rms, unit)} over {samples} samples"),
         *part.remarks,
         *drive_report.late(records.delay),
         *part.more,
@@ -155,6 +156,11 @@ def _report_fit(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part
     return _report.complete(result, unit, tests, curves)
 
 
+def _amount(value: float, unit: str) -> str:
+    to = readable(value, unit)  # the records' own unit may be any word
+    return f"{value if to == unit else convert(value, unit, to):.4g} {to}"
+
+
 def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
     units = drive_report.units_of(records.force, records.place)
     if not records.named:
@@ -164,7 +170,7 @@ def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
         "force error on held-out data", fit.structure, fit.holdout, fit.reasons, math.inf
     )
     remarks = [
-        ("on held-out data", f"RMS {fit.holdout_rms:.4g} {records.place}"),
+        ("on held-out data", f"RMS {_amount(fit.holdout_rms, records.place)}"),
         ("method", f"{method}, the more accurate one"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", tried),

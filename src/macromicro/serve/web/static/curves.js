@@ -2,6 +2,7 @@
 
 import { colours, decimals } from "./canvas.js";
 
+const LEFT = 46, RIGHT = 18; // of the curves: numbers, and half of the last time's words
 const FONT = "11px system-ui, sans-serif";
 // All axes are drawn in the same way; the words at their ticks have the digits of their step.
 const axis = (size, space, suffix = "") => ({
@@ -17,9 +18,9 @@ export class Curves {
       ...this.size,
       legend: { show: false },
       cursor: { show: false },
-      padding: [6, 4, 0, 0],
+      padding: [6, RIGHT, 0, 0],
       scales: { x: { time: false }, y: { range } },
-      axes: [axis(18, 90, " s"), axis(46, 22)],
+      axes: [axis(18, 90, " s"), axis(LEFT, 22)],
       series: [{}, ...lines.map((name) => ({ stroke: () => colours[name], width: 1.5, points: { show: false } }))],
       hooks: { drawAxes: [(u) => this.mark(u, marks())] },
     }, [[], ...lines.map(() => [])], figure);
@@ -28,7 +29,7 @@ export class Curves {
   }
 
   get size() { return { width: Math.max(this.figure.clientWidth, 80), height: 102 }; }
-  get width() { return this.figure.clientWidth - 50; } // of the curves alone
+  get width() { return this.figure.clientWidth - LEFT - RIGHT; } // of the curves alone
 
   remove() { this.plot.destroy(); }
 

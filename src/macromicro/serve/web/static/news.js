@@ -10,6 +10,8 @@ const OUTCOMES = {
   lost: "ended because its client was lost", superseded: "replaced by another one",
 };
 
+const SENTENCES = ["words", "evidence", "reason", "effect"]; // facts that need no name
+
 export class News {
   constructor(list) { this.list = list; this.last = 0; this.marks = []; this.end = null; }
 
@@ -63,6 +65,7 @@ function facts({ kind, evidence }) {
 
 // The unit of a number is the end of its name: "error_um", "speed_m_per_s".
 function fact(name, value) {
+  if (SENTENCES.includes(name)) return value;
   if (typeof value !== "number") {
     return `${plain(name)} ${typeof value === "object" && value ? `${value.old} to ${value.new}` : value}`;
   }
