@@ -33,6 +33,7 @@ class Server:
     def __init__(self, preloaded: str) -> None:
         self._preloaded = preloaded
         self._owner = 0
+        self.pid = 0  # of the server, once this process has started it
         self._end: socket.socket | None = None
 
     def adopt(self, end: socket.socket) -> None:
@@ -76,6 +77,7 @@ class Server:
                 start_new_session=True,
             )
         self.adopt(ours)
+        self.pid = self._process.pid
 
 
 def _adopt_orphans(on: bool) -> None:

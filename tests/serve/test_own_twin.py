@@ -12,7 +12,8 @@ import pytest
 from macromicro import connect
 from macromicro.serve.alone import Alone
 from macromicro.serve.hosts import HOST
-from macromicro.serve.settings import ServeSettings, patient
+from macromicro.serve.settings import ServeSettings, patient, unhurried
+from tests import warm
 from tests.serve.quick import TEXT
 from tests.systems import linux
 
@@ -21,6 +22,13 @@ def test_it_waits_longer_where_nobody_said_how_long() -> None:
     late = patient(ServeSettings())
     assert (late.miss_share, late.loop_timeout, late.parent_timeout) == (1.0, 10.0, 10.0)
     assert late._replace(miss_share=0.1, loop_timeout=0.5, parent_timeout=1.0) == ServeSettings()
+
+
+def test_a_twin_that_is_served_to_all_may_miss_periods_unless_its_file_says_how_many() -> None:
+    late = unhurried(ServeSettings())
+    assert late.miss_share == 1.0 and late._replace(miss_share=0.1) == ServeSettings()
+    told = ServeSettings(miss_share=0.3)
+    assert unhurried(told) == told
 
 
 @pytest.mark.parametrize(
@@ -48,7 +56,7 @@ def test_a_computer_that_stands_for_a_second_stops_no_move(tmp_path: Path) -> No
             machine.enable()
             machine.home()
             motion = machine.move_to("42 mm", wait=False)
-            (loop,) = children() - before
+            (loop,) = children() - before - {warm.LOOPS.pid}
             os.kill(loop, signal.SIGSTOP)
             time.sleep(1.0)  # longer than ServeSettings().loop_timeout
             os.kill(loop, signal.SIGCONT)

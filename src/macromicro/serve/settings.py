@@ -101,7 +101,8 @@ class ServeSettings(NamedTuple):
         float,
         _server_par(
             "",
-            "share of missed periods in the window above which the machine stops; 1 for never",
+            "share of missed periods in the window above which the machine stops; 1 for never, "
+            "which a twin has",
             positive=True,
             hi=1.0,
         ),
@@ -143,12 +144,23 @@ class ServeSettings(NamedTuple):
     ] = 300.0
 
 
+_LATE = {"miss_share": 1.0, "loop_timeout": 10.0, "parent_timeout": 10.0}
+
+
+def unhurried(serve: ServeSettings) -> ServeSettings:
+    """The same settings for a virtual machine: periods that a busy computer misses hurt nothing."""
+    return _unless_told(serve, "miss_share")
+
+
 def patient(serve: ServeSettings) -> ServeSettings:
-    """The same settings for a virtual machine, which may run late on a busy computer."""
+    """The same for one that serves a program alone, whose processes may stand as well."""
+    return _unless_told(serve, *_LATE)
+
+
+def _unless_told(serve: ServeSettings, *names: str) -> ServeSettings:
     usual = ServeSettings()
-    late = usual._replace(miss_share=1.0, loop_timeout=10.0, parent_timeout=10.0)
-    told = {n: v for n, v in serve._asdict().items() if v != getattr(usual, n)}
-    return late._replace(**told)
+    silent = [name for name in names if getattr(serve, name) == getattr(usual, name)]
+    return serve._replace(**{name: _LATE[name] for name in silent})
 
 
 def problems(serve: ServeSettings, period: float) -> Iterator[rules.Problem]:
