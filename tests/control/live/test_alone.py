@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from macromicro.control import calibration
-from macromicro.control.live import alone
+from macromicro.control.live import alone, targets
 from macromicro.control.live import messages as m
 from macromicro.control.live.alone import possible
 from macromicro.control.live.messages import Accepted, Refused
@@ -220,3 +220,14 @@ def test_points_and_axes_are_those_of_several_stages(request_: Any) -> None:
     assert alone.refusal(XY, request_) is None
     refused = alone.refusal((m.MACRO,), request_)
     assert refused is not None and refused.reason == "this machine has no axes x and y"
+
+
+def test_a_carriage_alone_which_is_held_steps_from_its_target() -> None:
+    machine = made(CARRIAGE, coordinate=0.0, trusted=True)
+    show(machine, 0.0)
+    machine.ask(m.Enable())
+    machine.ask(m.MoveMacro(100))
+    show(machine, 70.0)
+    machine.ask(m.Stop())
+    machine.s = machine.s._replace(target=machine.s.target._replace(macro=100.0))
+    assert targets.coarse_origin(machine.p, machine.s) == 100.0

@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from macromicro.control import micro
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
+from macromicro.control.stage_law import Sample, Target
 from macromicro.control.supervisor import Plan
 from macromicro.programme import moves
 
@@ -26,6 +28,18 @@ def test_it_drives_and_is_told_what_it_remembers() -> None:
     f.ask(m.MoveMicro(1e-3))
     sent = [f.tick().ctrl for _ in range(30)]
     assert max(sent) > 1.9 and model(f).wire > 1.0
+
+
+def test_where_it_drives_it_takes_one_step_a_period() -> None:
+    f = ready(control=CONTROL)
+    f.ask(m.MoveMicro(1e-3))
+    for _ in range(30):
+        f.tick()
+    laws, drive = f.s.laws, f.s.drive
+    f.tick()
+    aim, seen = Target(1e-3, 0.0, 0.0, math.inf), Sample(f.s.time, f.s.seen.fine)
+    _, kept, ctrl = micro.step(laws.micro, laws.fine, drive.fine, drive.integral, aim, seen, DT)
+    assert f.s.drive.fine == kept and f.out.ctrl == ctrl
 
 
 @pytest.mark.parametrize("end", [m.Disable(), m.MoveMacro(50.0)])

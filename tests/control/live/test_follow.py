@@ -8,6 +8,7 @@ import pytest
 
 from macromicro.control.live import _steering, following
 from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused
 
 from .bench import DT, PITCH, Machine, homed
 from .follower import QUICK, QUICK_CONTROL, Follower, hall, ready
@@ -157,3 +158,19 @@ def test_the_micro_stage_that_stays_off_its_set_point_has_stalled() -> None:
     (end,) = f.ends
     assert (end.outcome, f.mode) == (m.STALLED, "stopped")
     assert f.s.time - began == pytest.approx(QUICK.fine.patience, abs=2 * DT)
+
+
+def test_the_micro_stage_follows_only_on_a_carriage_that_rests() -> None:
+    f = ready(live=QUICK._replace(supersede=1))
+    f.ask(m.MoveMacro(300))
+    f.tick()
+    moving = Refused("the carriage is moving", "stop it first")
+    assert f.ask(m.Follow("micro", 0.1)) == moving
+    f.ask(m.Disable())
+    disabled = f.ask(m.Follow("macro", 0.1))
+    assert isinstance(disabled, Refused) and disabled.reason == "the positioner is disabled"
+    assert f.ask(m.Follow("micro", 0.1)) == disabled
+    f.ask(m.Enable())
+    f.ask(m.MoveMacro(0))
+    f.tick()
+    assert isinstance(f.ask(m.Follow("macro", 0.1)), Accepted)

@@ -93,6 +93,17 @@ def test_a_set_point_is_held_back_on_either_side() -> None:
     assert not held and g.aim.position == 1.9e-3
 
 
+@pytest.mark.parametrize("give", [2e-4, 9e-4])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_a_stage_leans_before_its_set_point_is_held_back(give: float, way: float) -> None:
+    """Once it lags by nearly all that the set point may lead, but by half of that at least."""
+    lead, share = 1e-3, max(1e-3 - give, 0.5e-3)
+    touch = Touch(0.1, 0.01, 1.0, lead, 0.3, give, 1e-3, 0.0, 10.0)
+    for off, leans in ((0.98 * share, False), (1.02 * share, True)):
+        g, leant = ahead(touch, Guided(aim=REST._replace(position=way * off)), 0.0)
+        assert leant == leans and g.aim.position == way * off
+
+
 def test_what_is_not_led_is_off_and_nothing_limits_it() -> None:
     assert Course() == Course(False, REST, -math.inf, math.inf, math.inf, 0)
     # NaN equals NaN as text.

@@ -153,6 +153,8 @@ def test_a_carriage_out_of_the_micro_stages_reach_is_no_success() -> None:
     f.encoder += 100.0
     f.run(0.5)
     assert f.ends[-1].outcome == "stalled" and f.out == SAFE
+    left = 0.0201 - (f.s.seen.encoder - f.s.frame.offset) * PITCH
+    assert f.ends[-1].evidence["micro_mm"] == pytest.approx(1e3 * left)
 
 
 def test_the_laser_is_reset_when_the_micro_stage_comes_on() -> None:

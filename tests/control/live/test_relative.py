@@ -35,7 +35,15 @@ def test_steps_of_the_macro_stage_add_up() -> None:
         f.tick()
         done(f, m.MoveMacroBy(10.4))
         assert f.s.target.macro == pytest.approx(100 + k * 10.4)
-    assert f.command.macro_reference - f.s.frame.offset == 204.0
+        sent = f.command.macro_reference - f.s.frame.offset
+        assert sent == math.floor(100 + k * 10.4 + 0.5)
+
+
+@pytest.mark.parametrize("kind", [m.MoveBy, m.MoveMacroBy, m.MoveMicroBy])
+def test_no_number_is_no_reason_while_nothing_may_move(kind: Any) -> None:
+    f = ready()
+    f.ask(m.Disable())
+    assert f.ask(kind("x")) == f.ask(kind(1.0))
 
 
 def test_a_carriage_that_was_moved_by_hand_starts_from_where_it_is() -> None:
@@ -110,3 +118,9 @@ def test_what_was_not_reached_or_is_not_held_is_no_start(cut: str) -> None:
 def test_no_distance_is_refused(kind: Any, value: Any) -> None:
     f = ready()
     assert isinstance(f.ask(kind(value)), m.Refused) and f.s.motion is None
+
+
+def test_targets_are_those_of_the_homed_frame() -> None:
+    f = ready(coordinate=25.0)
+    f.ask(m.MoveMacro(100))
+    assert f.s.target.macro == 100.0

@@ -84,7 +84,7 @@ def test_what_is_no_number_is_told_with_the_unit_that_is_wanted(value: Any) -> N
         (targets.whole(P, S, value, "move to", True), "m"),
         (targets.coarse(S, value), "counts"),
         (targets.contraction(S, value), "m"),
-        (targets.jog(P, S, "macro", value), "m/s"),
+        (targets.jog(P, S, "macro", value, 0.0), "m/s"),
     ):
         told = refused(found)
         assert "is not a finite number" in told.reason
@@ -202,12 +202,20 @@ def test_each_stage_has_its_fastest_jog_and_an_unknown_place_a_slow_one() -> Non
         (lost._replace(seen=s.seen), "micro", q.micro, ""),
     ):  # fmt: skip
         for sign in (1.0, -1.0):
-            assert accepted(targets.jog(P, where, stage, sign * most)).kind == f"jog {stage}"
+            assert accepted(targets.jog(P, where, stage, sign * most, 0.0)).kind == f"jog {stage}"
             too_fast = sign * most * 1.01
-            found = refused(targets.jog(P, where, stage, too_fast))
+            found = refused(targets.jog(P, where, stage, too_fast, 0.0))
             assert found.reason == f"speed {too_fast:.9g} m/s is too fast{hint}"
             assert found.remedy == f"at most {most:g} m/s" and found.beyond
-    assert refused(targets.jog(P, s, "third", 0.0)).reason == "'third' is not a stage"
+    assert refused(targets.jog(P, s, "third", 0.0, 0.0)).reason == "'third' is not a stage"
+
+
+@pytest.mark.parametrize("hold", [-0.001, m.JOG_HOLD + 0.001, math.nan, "1"])
+def test_a_jog_goes_on_for_its_hold_time_at_most(hold: Any) -> None:
+    for good in (0.0, m.JOG_HOLD):
+        assert accepted(targets.jog(P, S, "macro", 0.01, good)).kind == "jog macro"
+    found = refused(targets.jog(P, S, "macro", 0.01, hold))
+    assert "is not a hold time" in found.reason and found.remedy == f"from 0 to {m.JOG_HOLD:g} s"
 
 
 @pytest.mark.parametrize("trusted", [True, False])
@@ -219,7 +227,7 @@ def test_a_jog_leads_away_from_a_soft_limit_only(stage: str, trusted: bool) -> N
         where = {"macro": {"encoder": place + 9.0}, "micro": {"fine": place}}[stage]
         s = seen(offset=9.0, trusted=trusted, **where)
         for speed in (-1e-4, 0.0, 1e-4):
-            found = targets.jog(P, s, stage, speed)
+            found = targets.jog(P, s, stage, speed, 0.0)
             if speed * blocked > 0.0 and (trusted or stage == "micro"):
                 assert refused(found).reason == f"the {stage}-stage is at its soft limit"
                 assert not refused(found).beyond

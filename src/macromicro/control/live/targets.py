@@ -164,9 +164,7 @@ def _check_hold(hold: Any, least: float, most: float) -> Refused | None:
     return Refused(f"{show(hold)} s is not a hold time", f"from {least:g} to {most:g} s", True)
 
 
-def jog(
-    p: LiveParameters, s: LiveState, stage: Any, speed: Any, hold: Any = 0.0
-) -> Motion | Refused:
+def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any, hold: Any) -> Motion | Refused:
     """A jog; an untrusted carriage may only creep."""
     q, limits = p.settings.jogging, s.limits
     if not among(stage, m.STAGES):
