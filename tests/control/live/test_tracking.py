@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from macromicro.control.live import tracking
 from macromicro.control.live.leading import REST, Aim, at
 from macromicro.control.live.tracking import Limits, Track
-from macromicro.motion import s_curve
+from macromicro.motion import Segment, s_curve
 
 DT = 1e-3
 LIMITS = Limits(0.2, 2.0, 100.0, 0.0, 0.2)
@@ -115,3 +115,93 @@ def test_a_known_stop_is_gone_period_by_period() -> None:
     for _ in range(300):
         track, aim, _ = tracking.stopping(track, DT)
     assert aim == still(pytest.approx(end, abs=1e-12))
+
+
+def exceeds(q: Limits, piece: Segment) -> float:
+    """By what share of a limit a piece leaves it at most, by the roots of its derivatives."""
+    duration, p, v, a, j = piece
+    place = np.polynomial.Polynomial([p, v, 0.5 * a, j / 6.0])
+    speed, change = place.deriv(), place.deriv(2)
+    times = np.array([*speed.roots(), *change.roots(), duration])
+    times = np.real(times[np.isreal(times)])
+    times = times[(times > 0.0) & (times <= duration)]
+    span = q.high - q.low
+    beyond = np.maximum(place(times) - q.high, q.low - place(times)) / span
+    fast, hard = abs(speed(times)) / q.velocity - 1.0, abs(change(times)) / q.acceleration - 1.0
+    return float(np.max([beyond, fast, hard]))
+
+
+shares = st.integers(-120, 120).map(lambda n: n / 100.0)
+
+
+@settings(max_examples=400)
+@given(st.floats(1e-3, 1.0), shares, shares, shares, shares, st.sampled_from([0.0, 0.02, -0.03]))
+def test_a_piece_keeps_its_limits_wherever_it_is_fastest_or_turns(
+    duration: float, p: float, v: float, a: float, j: float, low: float
+) -> None:
+    q = Limits(0.2, 2.0, 10.0, low, low + 0.05)
+    middle = low + 0.025
+    piece = Segment(duration, middle + 0.025 * p, 0.2 * v**3, 2.0 * a**3, 10.0 * j**3)
+    most = exceeds(q, piece)
+    assume(abs(most) > 1e-6)
+    assert tracking.within_limits(q, (piece,)) == (most < 0.0)
+    calm = Segment(1.0, middle, 0.0, 0.0, 0.0)
+    assert tracking.within_limits(q, (calm, piece, calm)) == (most < 0.0)
+
+
+@pytest.mark.parametrize(("name", "least"), [("high", 2.0), ("low", -3.0)])
+def test_rounding_alone_is_within_the_limits(name: str, least: float) -> None:
+    q = Limits(0.2, 2.0, 10.0, -3.0, 2.0)
+    out = math.copysign(1.0, least)
+    for beyond, fine in ((1e-10, True), (4e-10, False)):
+        assert (
+            tracking.within_limits(q, (Segment(1.0, least + out * beyond, 0.0, 0.0, 0.0),)) == fine
+        )
+    for beyond, fine in ((1e-10, True), (1e-8, False)):
+        fast = Segment(1.0, 0.0, out * 0.2 * (1.0 + beyond), 0.0, 0.0)
+        hard = Segment(1e-3, 0.0, 0.0, out * 2.0 * (1.0 + beyond), 0.0)
+        assert tracking.within_limits(q, (fast,)) == tracking.within_limits(q, (hard,)) == fine
+
+
+def wander(seed: int, size: float, held: int, speed: float) -> list[Aim]:
+    """Targets that jump about, each held for some periods."""
+    rng = np.random.default_rng(seed)
+    found: list[Aim] = []
+    for place, velocity in zip(
+        rng.uniform(-size, size, 12), rng.uniform(-1.0, 1.0, 12), strict=True
+    ):
+        rate = float(speed * velocity)
+        found += [Aim(float(place) + rate * k * DT, rate, 0.0, 0.0) for k in range(held)]
+    return found
+
+
+WAYS = {
+    "far": (Limits(0.2, 2.0, 100.0, -1.0, 1.0), [still(0.4)] * 3000),
+    "farther": (Limits(0.5, 0.5, 2.0, -9.0, 9.0), [still(-5.0)] * 14000),
+    "near": (Limits(0.2, 2.0, 20.0, -1.0, 1.0), [still(3e-3)] * 500),
+    "jumps": (Limits(0.2, 2.0, 50.0, -0.05, 0.06), wander(1, 0.1, 150, 0.0)),
+    "quick jumps": (Limits(0.3, 3.0, 40.0, -0.02, 0.03), wander(2, 0.05, 37, 0.0)),
+    "moving": (Limits(0.1, 2.0, 80.0, -0.05, 0.05), wander(3, 0.06, 200, 0.15)),
+}
+# Root mean squares of position, speed and acceleration at the ends of the periods, to which a way
+# that was judged good came.
+CAME = {
+    "far": (0.292566146, 0.161414005, 0.444430085),
+    "farther": (3.45001423, 0.412418474, 0.159713378),
+    "near": (0.00252680832, 0.00988034447, 0.161815424),
+    "jumps": (0.0201612039, 0.103060103, 1.47718097),
+    "quick jumps": (0.0149835745, 0.0763408501, 1.07074199),
+    "moving": (0.0134853337, 0.0708514087, 0.858651197),
+}
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_the_way_to_a_target_stays_what_it_is(name: str) -> None:
+    q, asked = WAYS[name]
+    track, rows = tracking.start(q, still(0.0)), []
+    for target in asked:
+        track, _, _ = tracking.step(q, track, target, DT)
+        rows.append(track.aim[:3])
+        assert track.aim.jerk == 0.0
+    came = np.sqrt((np.array(rows) ** 2).mean(axis=0))
+    assert came == pytest.approx(CAME[name], rel=1e-7)

@@ -15,7 +15,7 @@ from macromicro.motion import Segment
 
 PACE = 0.35  # of a radian in a period: how fast an error of the set point decays
 EASE = 0.7  # of acceleration and jerk: what an approach over a long way uses
-_NEAR = 1e-9  # of a limit: rounding
+_NEAR = 1e-9  # of a limit, or s of its speed: rounding
 _STILL = 1e-6  # of a limit: it rests
 
 
@@ -55,13 +55,13 @@ def stop(q: Limits, aim: Aim) -> tuple[Segment, ...]:
     return tuple(pieces)
 
 
-def _within_limits(q: Limits, pieces: tuple[Segment, ...]) -> bool:
-    """Whether positions and speeds stay within the limits on these pieces."""
-    span = max(q.high - q.low, abs(q.low), abs(q.high)) if math.isfinite(q.high - q.low) else 0.0
-    low, high = q.low - _NEAR * span, q.high + _NEAR * span
+def within_limits(q: Limits, pieces: tuple[Segment, ...]) -> bool:
+    """Whether place, speed and acceleration stay within the limits on these pieces."""
+    low, high = q.low - _NEAR * q.velocity, q.high + _NEAR * q.velocity
     fastest, hardest = q.velocity * (1.0 + _NEAR), q.acceleration * (1.0 + _NEAR)
     for duration, p, v, a, j in pieces:
         times = [duration]
+        # Else it gets neither slower nor turns, so that its end is its extreme.
         if v * (v + duration * (a + 0.5 * duration * j)) <= 0.0 or a * (a + duration * j) < 0.0:
             times += _extremes(v, a, j)
         for h in times:
@@ -145,7 +145,7 @@ def step(q: Limits, track: Track, target: Aim, dt: float) -> tuple[Track, Aim, t
         aim = here._replace(jerk=jerk)
         after = at(aim, dt)
         way = stop(q, after)
-        if _within_limits(q, (Segment(dt, *aim), *way)):
+        if within_limits(q, (Segment(dt, *aim), *way)):
             return Track(after._replace(jerk=0.0), way), aim, ()
     return stopping(track, dt)
 
