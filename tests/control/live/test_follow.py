@@ -8,6 +8,7 @@ import pytest
 
 from macromicro.control.live import _steering, following
 from macromicro.control.live import messages as m
+from macromicro.control.live.accept import BUSY
 from macromicro.control.live.messages import Accepted, Refused
 
 from .bench import DT, PITCH, Machine, homed
@@ -161,6 +162,10 @@ def test_the_micro_stage_that_stays_off_its_set_point_has_stalled() -> None:
 
 
 def test_the_micro_stage_follows_only_on_a_carriage_that_rests() -> None:
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.tick()
+    assert f.ask(m.Follow("micro", 0.1)) == BUSY
     f = ready(live=QUICK._replace(supersede=1))
     f.ask(m.MoveMacro(300))
     f.tick()

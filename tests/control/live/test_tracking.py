@@ -149,6 +149,45 @@ def test_a_piece_keeps_its_limits_wherever_it_is_fastest_or_turns(
     assert tracking.within_limits(q, (calm, piece, calm)) == (most < 0.0)
 
 
+@settings(max_examples=300)
+@given(
+    st.sampled_from([-1.0, 1.0]),
+    st.floats(0.02, 0.1),
+    st.floats(0.02, 0.1),
+    st.floats(0.2, 1.5),
+    st.integers(-100, 100).map(lambda n: n / 10.0),
+    st.sampled_from([-1e-4, 1e-4]),
+)
+def test_a_piece_keeps_its_limits_where_it_turns(
+    way: float, before: float, after: float, change: float, j: float, beyond: float
+) -> None:
+    """`before` its turn and `after` it, at which the acceleration is `change` back."""
+    q = Limits(1.0, 20.0, 100.0, -0.05, 0.05)
+    a = -change - j * before
+    v = -before * (a + 0.5 * j * before)
+    p = 0.05 + beyond - before * (v + before * (0.5 * a + before * j / 6.0))
+    piece = Segment(before + after, *(way * each for each in (p, v, a, j)))
+    most = exceeds(q, piece)
+    assume(abs(most) > 1e-9)
+    assert tracking.within_limits(q, (piece,)) == (most < 0.0)
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_a_piece_may_leave_its_limits_between_its_ends(way: float) -> None:
+    """Where it turns, and where it is fastest, the first or the second time."""
+    q = Limits(0.2, 2.0, 100.0, -0.05, 0.05)
+
+    def within(duration: float, *begin: float) -> bool:
+        return tracking.within_limits(q, (Segment(duration, *(way * each for each in begin)),))
+
+    assert within(0.2, 0.044, 0.1, -1.0, 0.0) and not within(0.2, 0.046, 0.1, -1.0, 0.0)
+    assert within(0.2, 0.0, 0.14, 1.0, -10.0) and not within(0.2, 0.0, 0.16, 1.0, -10.0)
+    assert within(0.16, 0.044, 0.1, -1.0, 0.0) and not within(0.16, 0.046, 0.1, -1.0, 0.0)
+    for jerk in (-10.0, 10.0):
+        turns = (0.0, 0.02, 0.5 * math.copysign(1.0, -jerk), jerk)
+        assert within(0.1, *turns) == (exceeds(q, Segment(0.1, *turns)) < 0.0)
+
+
 @pytest.mark.parametrize(("name", "least"), [("high", 2.0), ("low", -3.0)])
 def test_rounding_alone_is_within_the_limits(name: str, least: float) -> None:
     q = Limits(0.2, 2.0, 10.0, -3.0, 2.0)

@@ -79,8 +79,8 @@ def _extremes(v: float, a: float, j: float) -> list[float]:
     if j == 0.0:
         return [-v / a] if a != 0.0 else []
     under = a * a - 2.0 * j * v
-    if under < 0.0:
-        return [-a / j]
+    if under < 0.0:  # it never turns, and is fastest at an end
+        return []
     root = math.sqrt(under)
     return [-a / j, (-a - root) / j, (-a + root) / j]
 
