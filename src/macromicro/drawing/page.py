@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STYLE = Path(__file__).parent / "page.css"
+CHANGES = Path(__file__).parent / "changes.html.j2"
 
 
 class PageFigure(NamedTuple):
@@ -54,7 +55,8 @@ def save_figures(
 def fill(template: Path, **values: Any) -> str:
     """A template with its values, all escaped; a missing name is an error.
 
-    `style`, the shared style sheet, and `version`, that of the package, are always defined.
+    `style`, the shared style sheet, `version`, that of the package, and `changes`, which lists
+    settings, are always defined.
     """
     from jinja2 import Environment, StrictUndefined
     from markupsafe import Markup
@@ -63,6 +65,7 @@ def fill(template: Path, **values: Any) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     style = Markup(STYLE.read_text(encoding="utf-8"))  # our own file, not a person's text
-    text = template.read_text(encoding="utf-8")
-    page = environment.from_string(text)
-    return page.render(style=style, version=macromicro.__version__, **values)
+    shared: Any = environment.from_string(CHANGES.read_text(encoding="utf-8")).module
+    page = environment.from_string(template.read_text(encoding="utf-8"))
+    known = {"style": style, "version": macromicro.__version__, "changes": shared.changes}
+    return page.render(**known, **values)
