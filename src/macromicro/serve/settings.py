@@ -144,7 +144,7 @@ class ServeSettings(NamedTuple):
     ] = 300.0
 
 
-_LATE = {"miss_share": 1.0, "loop_timeout": 10.0, "parent_timeout": 10.0}
+_LATE: dict[str, Any] = {"miss_share": 1.0, "loop_timeout": 10.0, "parent_timeout": 10.0}
 
 
 def unhurried(serve: ServeSettings) -> ServeSettings:

@@ -181,6 +181,7 @@ def test_a_piece_may_leave_its_limits_between_its_ends(way: float) -> None:
         return tracking.within_limits(q, (Segment(duration, *(way * each for each in begin)),))
 
     assert within(0.2, 0.044, 0.1, -1.0, 0.0) and not within(0.2, 0.046, 0.1, -1.0, 0.0)
+    assert within(0.1, 0.0474, 0.1, -2.0, 0.0) and not within(0.1, 0.0476, 0.1, -2.0, 0.0)
     assert within(0.2, 0.0, 0.14, 1.0, -10.0) and not within(0.2, 0.0, 0.16, 1.0, -10.0)
     assert within(0.16, 0.044, 0.1, -1.0, 0.0) and not within(0.16, 0.046, 0.1, -1.0, 0.0)
     for jerk in (-10.0, 10.0):
