@@ -8,8 +8,9 @@ import pytest
 
 from macromicro.control.live import following
 from macromicro.control.live import messages as m
-from macromicro.control.live.leading import REST
+from macromicro.control.live.leading import REST, Aim
 from macromicro.control.live.messages import Accepted, Finished, Refused
+from macromicro.control.live.state import Followed
 
 from .bench import DT, PITCH
 from .follower import Follower, ready
@@ -181,3 +182,26 @@ def test_a_jog_without_a_hold_time_goes_on() -> None:
     f.run(0.5)
     assert f.s.motion is not None
     assert following.renew(f.s).motion == f.s.motion
+
+
+@pytest.mark.parametrize("offset", [-0.7, 0.3])
+@pytest.mark.parametrize("goal", [-0.5, 0.004, 0.5])
+def test_a_stage_is_led_alike_whatever_frame_its_encoder_has(offset: float, goal: float) -> None:
+    """Its soft limits and set points are those of the homed frame, its own way is the encoder's."""
+    rates, ends = (0.2, 2.0, 100.0), (-0.01, 0.02)
+    works = [Followed(HOLD, 0.0, goal, 0.01, 0.0)] * 2
+    here = [Aim(each, 0.0, 0.0, 0.0) for each in (0.025, 0.025 + offset)]
+    for k in range(400):
+        for n, off in enumerate((0.0, offset)):
+            works[n], seen, here[n], _ = following.led(
+                works[n], rates, ends, here[n], k * DT, DT, off
+            )
+            assert ends[0] - 1e-12 <= seen.position - off <= ends[1] + 1e-12
+        assert here[1].position - offset == pytest.approx(here[0].position, abs=1e-9)
+        assert -0.01 - 1e-9 <= here[0].position <= 0.025 + 1e-9
+    near = min(max(goal + 0.01 * 400 * DT, -0.01), 0.02)
+    assert here[0].position == pytest.approx(near, abs=1e-4)
+
+
+def test_a_place_without_a_speed_is_one_to_stand_at() -> None:
+    assert m.SetPoint(0.01).velocity == 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from macromicro.control.live.plain import among, show
+from macromicro.control.live.plain import among, list_names, show
 
 
 def test_what_is_shown_is_short() -> None:
@@ -21,3 +21,9 @@ def test_only_words_are_among_words() -> None:
     words = ("macro", "micro")
     assert among("macro", words) and among(np.str_("micro"), words)
     assert not among(np.array(["macro", "micro"]), words) and not among("", words)
+
+
+def test_names_are_listed_in_quotes() -> None:
+    assert list_names(["a"]) == '"a"'
+    assert list_names(["a", "b"]) == '"a" or "b"'
+    assert list_names(["a", "b", "c", "d"], "and") == '"a", "b", "c" and "d"'

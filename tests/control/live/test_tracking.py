@@ -238,7 +238,8 @@ CAME = {
 @pytest.mark.parametrize("name", WAYS)
 def test_the_way_to_a_target_stays_what_it_is(name: str) -> None:
     q, asked = WAYS[name]
-    track, rows = tracking.start(q, still(0.0)), []
+    track, rows = tracking.start(q, still(0.0)._replace(jerk=3.0)), []
+    assert track.aim == still(0.0)
     for target in asked:
         track, _, _ = tracking.step(q, track, target, DT)
         rows.append(track.aim[:3])
