@@ -203,5 +203,11 @@ def test_a_stage_is_led_alike_whatever_frame_its_encoder_has(offset: float, goal
     assert here[0].position == pytest.approx(near, abs=1e-4)
 
 
+def test_before_the_first_set_point_a_stage_is_led_nowhere() -> None:
+    here, rates = Aim(0.3, 0.0, 0.0, 0.0), (0.2, 2.0, 100.0)
+    _, goal, aim, _ = following.led(Followed(HOLD, 0.0), rates, (-1.0, 1.0), here, 0.0, DT, 0.3)
+    assert goal == aim == REST._replace(position=0.3)
+
+
 def test_a_place_without_a_speed_is_one_to_stand_at() -> None:
     assert m.SetPoint(0.01).velocity == 0.0

@@ -57,8 +57,6 @@ def step(
     before = work.progress
     local = sample._replace(t=s.time - work.start)
     progress, command, out = supervisor.step(s.laws, work.plan, before, local, dt)
-    if s.laws.fine:  # its memory moves on, however this period ends
-        s = s._replace(drive=s.drive._replace(fine=progress.fine))
     notices: tuple[Notice, ...] = ()
     if before.phase == MACRO and _has_left(work.plan, before, progress):
         late = local.t - before.began >= s.laws.sequence.patience
