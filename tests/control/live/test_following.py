@@ -209,5 +209,5 @@ def test_before_the_first_set_point_a_stage_is_led_nowhere() -> None:
     assert goal == aim == REST._replace(position=0.3)
 
 
-def test_a_place_without_a_speed_is_one_to_stand_at() -> None:
-    assert m.SetPoint(0.01).velocity == 0.0
+def test_a_place_without_a_speed_is_one_to_stand_at_and_a_jog_goes_on() -> None:
+    assert m.SetPoint(0.01).velocity == 0.0 == m.Jog("macro", 0.01).hold
