@@ -102,11 +102,9 @@ def _approach(q: Limits, way: float, pace: float) -> tuple[float, float]:
     way -= 0.5 * close
     ramp = most * most / (2.0 * jerk)
     root = math.sqrt(ramp * ramp + 2.0 * most * way)
-    short, far = (way * way * jerk) ** (1.0 / 3.0), root - ramp
-    speed = min(short, far, q.velocity)
-    if speed == short:
-        return speed, 2.0 / 3.0 * short / way
-    return speed, most / root if speed == far else 0.0
+    if root - ramp > q.velocity:
+        return q.velocity, 0.0
+    return root - ramp, most / root
 
 
 def wanted_jerk(q: Limits, aim: Aim, target: Aim, dt: float) -> float:
