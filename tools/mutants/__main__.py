@@ -57,7 +57,7 @@ def chosen(files: Sequence[Path], sample: int | None, seed: int) -> dict[Path, l
 
 def tried(work: dict[Path, list[Mutant]], jobs: int) -> tuple[list[Verdict], list[str]]:
     """Every mutant's outcome, and the files whose tests fail without any mutation; survivors
-    are printed as each file is done."""
+    are printed as they are found."""
     verdicts: list[Verdict] = []
     failing: list[str] = []
     with get_context("fork").Pool(jobs, maxtasksperchild=1) as pool:
@@ -85,11 +85,14 @@ def _file(task: tuple[Path, list[Mutant]]) -> tuple[str, list[Verdict] | None]:
     except TestsFail as error:
         print(f"{error}\n{name}: its tests fail without a mutation", file=sys.stderr, flush=True)
         return name, None
-    verdicts = [Verdict(name, m, bench.tried(source, m, tests, seconds)) for m in left]
-    survivors = [v.mutant for v in verdicts if v.outcome == SURVIVED]
-    listed(name, survivors)
-    print(f"{name}: {len(left) - len(survivors)} of {len(left)} killed, {len(work) - len(left)} "
-          f"equivalent; tests take {seconds:.1f} s", flush=True)  # fmt: skip
+    verdicts = []
+    for mutant in left:
+        verdicts.append(Verdict(name, mutant, bench.tried(source, mutant, tests, seconds)))
+        if verdicts[-1].outcome == SURVIVED:
+            listed(name, [mutant])
+    killed = sum(verdict.outcome != SURVIVED for verdict in verdicts)
+    print(f"{name}: {killed} of {len(left)} killed, {len(work) - len(left)} equivalent; "
+          f"tests take {seconds:.1f} s", flush=True)  # fmt: skip
     return name, verdicts
 
 
