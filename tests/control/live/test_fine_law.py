@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -103,3 +104,51 @@ def test_new_gains_keep_what_it_remembers_and_another_law_begins() -> None:
     assert f.s.drive.fine == () and f.s.laws.fine == ()
     assert isinstance(f.ask(m.SetGains((("micro_law", "inverse"),))), Accepted)
     assert model(f).wire == 0.0
+
+
+def turns(f: Follower, monkeypatch: pytest.MonkeyPatch, seconds: float, **tick: Any) -> list[int]:
+    """How often the law had its turn, in each period."""
+    found, now = list[int](), 0
+
+    def counting(act: Any) -> Any:
+        def counts(*given: Any) -> Any:
+            nonlocal now
+            now += 1
+            return act(*given)
+
+        return counts
+
+    with monkeypatch.context() as patch:
+        for name in ("step", "rest"):
+            patch.setattr(micro, name, counting(getattr(micro, name)))
+        for _ in range(round(seconds / DT)):
+            now = 0
+            f.tick(**tick)
+            found.append(now)
+    return found
+
+
+@pytest.mark.parametrize("outcome", ["done", "stalled"])
+def test_its_model_takes_one_step_in_the_period_that_ends_a_move_or_a_programme(
+    outcome: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noise = {"noise": 4e-4 if outcome == "stalled" else 0.0}
+    f = ready(control=CONTROL)
+    f.ask(m.MoveMicro(1e-3))
+    assert set(turns(f, monkeypatch, 0.4, **noise)) == {1} and f.ends[-1].outcome == outcome
+    f = ready(control=CONTROL)
+    target, hold = np.array([5e-4]), np.array([0.05])
+    f.ask(m.Programme(Plan(np.full(1, np.nan), np.array([moves.MICRO]), target, hold, np.nan)))
+    found = turns(f, monkeypatch, 0.4, **noise)
+    assert f.ends[-1].outcome == outcome
+    # The supervisor's turn at the plan's end is dropped: the last move still settles.
+    assert sorted(found) == [1] * (len(found) - 1) + [2]
+
+
+def test_its_model_moves_on_while_the_hall_sensor_is_silent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    f = ready(control=CONTROL)
+    f.ask(m.MoveMicro(1e-3))
+    f.run(0.02)
+    assert set(turns(f, monkeypatch, 0.02, missing="h")) == {1}

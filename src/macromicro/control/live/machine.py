@@ -35,9 +35,10 @@ def step(
     if s.survey.apart >= p.settings.edges.span - TICK and _is_driven(s):
         s, notices = fault(p, s, DISAGREE, _disagreement(p, s), position_lost=True)
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
+    remembered = s.drive.fine
     s, efforts = _work(p, s, sample, dt)
     motor, ctrl, macro_active, micro_active, notices = efforts
-    if micro_active < 0.5 and not isinstance(s.work, state.Running):  # whose supervisor sees to it
+    if s.drive.fine is remembered:  # the law of the micro-stage has had no turn
         s = rest_law(s, dt)
     if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold a missing stage
         motor, macro_active = 0.0, 0.0
