@@ -216,6 +216,14 @@ def test_the_law_follows_each_piece_of_the_course_within_a_period() -> None:
     assert found == pytest.approx([1e-3, 1.025e-3, 1.03e-3, 1.03e-3], abs=1e-12)
 
 
+def test_the_set_point_at_a_time_is_that_of_the_last_piece_before_it() -> None:
+    aim, after = Aim(1e-3, 0.1, 0.0, 0.0), Aim(0.5e-3, -0.2, 0.0, 0.0)
+    begins = (0.0, 0.1e-3, 0.3e-3, 0.4e-3)
+    rows = controls.pieces(Course(True, aim, later=((0.3e-3, after),)), begins)
+    assert rows[:, 0].tolist() == list(begins)
+    assert rows[:, 1] == pytest.approx([1e-3, 1.01e-3, 0.5e-3, 0.48e-3])
+
+
 def fresh_at(seen: Sample) -> guarding.Watch:
     """A guard that has forgotten a fault, and not where the stage was seen last."""
     known = {"heard": seen.t, "place": seen.position, "repeated": seen.t, "then": seen.t}

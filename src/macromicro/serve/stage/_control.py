@@ -62,7 +62,7 @@ def loop_of(
     gained: Any,
     tree: Any,
     wired: Wired,
-    begins: Sequence[float] = (0.0,),
+    begins: Sequence[float],
     corrected: Any = (),
 ) -> Loop:
     """The controller of a stage for one period of the live machine."""
