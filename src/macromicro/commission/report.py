@@ -106,7 +106,7 @@ def rows(found: Commissioned, place: Place) -> list[tuple[str, ...]]:
     for one in place.kind.estimates(found.model).values():
         unit = readable(one.value, one.unit)
         value, half = (convert(number, one.unit, unit) for number in (one.value, one.half))
-        lines.append((one.meaning, f"{value:.4g}", f"+- {half:.2g}", unit))
+        lines.append((one.meaning, f"{value:.4g}", f"+- {float(f'{half:.2g}'):g}", unit))
     return [*lines, *found.tuned.rows, *found.margins.rows]
 
 
