@@ -187,7 +187,7 @@ from __future__ import annotations
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import finish, new
-from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.thesis.procedure import Lab
 from macromicro.runs.sequence import micro_steps
 
 
@@ -207,12 +207,6 @@ def step(recording):
     axes[0, 0].plot(recording["t"], recording["laser"])
     finish(axes[0, 0], "a step", y="position [um]")
     return Drawn("A step", "One millimetre.", figure)
-
-
-PROCEDURE = Procedure(
-    "own_step", "A step of one's own", ("9.9",), ("hall", "laser"), (), {"9.9": step}, (), 1.0,
-    collect, claims,
-)
 '''
 
 
@@ -308,10 +302,15 @@ def test_a_part_added_by_the_book_is_shown_and_set(copy: Path) -> None:
 def test_an_experiment_added_by_the_book_is_listed_and_runs(copy: Path) -> None:
     thesis = copy / "macromicro" / "thesis"
     (thesis / "chapter5" / "own_step.py").write_text(EXPERIMENT)
-    edit(
-        thesis / "__init__.py",
-        ('    "chapter5.kiln",\n', '    "chapter5.kiln",\n    "chapter5.own_step",\n'),
-    )
+    listed = {
+        "contents.toml": '[procedures.own_step]\nmodule = "chapter5.own_step"\ntitle = "A step"\n'
+        'sections = ["9.9"]\nchannels = ["hall", "laser"]\nseconds = 1.0\n',
+        "figures.toml": '["9.9"]\ntitle = "A step"\ncaption = "One millimetre."\n'
+        'procedure = "own_step"\ndraw = "step"\n',
+    }
+    for name, text in listed.items():
+        with (thesis / name).open("a") as file:
+            file.write(f"\n{text}")
     assert "own_step" in run(copy, "reproduce", "--list").stdout
     done = run(copy, "reproduce", "--only", "own_step", "--out", "own")
     assert done.returncode == 0, done.stdout + done.stderr
