@@ -246,11 +246,13 @@ def test_units_are_printed_with_spaces_and_powers() -> None:
 def test_a_readable_value_has_a_digit_before_its_point_if_a_unit_allows_it(
     value: float, unit: str
 ) -> None:
-    to = units.readable(-value, unit)
-    told = units.convert(value, unit, to)
-    assert told >= 1.0 or to in ("nm", "us", "uV", "N")
-    assert told < 1000.0 or to == unit
+    scale, to = units.readable(-value, unit)
+    assert scale == pytest.approx(units.convert(1.0, unit, to))
+    assert scale * value >= 1.0 or to in ("nm", "us", "uV", "N")
+    assert scale * value <= 1000.0 or to == unit  # rounding may reach it
 
 
 def test_nothing_and_no_number_stay_in_their_unit() -> None:
-    assert [units.readable(value, "m") for value in (0.0, math.nan, math.inf)] == ["m"] * 3
+    for value in (0.0, math.nan, math.inf):
+        assert units.readable(value, "m") == (1.0, "m")
+    assert units.readable(1e-9, "a word of a file's") == (1.0, "a word of a file's")

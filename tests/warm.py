@@ -33,8 +33,12 @@ class Server:
     def __init__(self, preloaded: str) -> None:
         self._preloaded = preloaded
         self._owner = 0
-        self.pid = 0  # of the server, once this process has started it
         self._end: socket.socket | None = None
+
+    @property
+    def pid(self) -> int:
+        """Of the server that this process has started."""
+        return self._process.pid
 
     def adopt(self, end: socket.socket) -> None:
         """Use the server that waits at the other end."""
@@ -77,7 +81,6 @@ class Server:
                 start_new_session=True,
             )
         self.adopt(ours)
-        self.pid = self._process.pid
 
 
 def _adopt_orphans(on: bool) -> None:

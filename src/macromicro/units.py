@@ -389,8 +389,8 @@ def convert(value: float, unit: str, to: str) -> float:
 _READABLE = {"m": ("m", "mm", "um", "nm"), "s": ("s", "ms", "us"), "V": ("V", "mV", "uV")}
 
 
-def readable(value: float, unit: str) -> str:
-    """The unit in which a value has digits before its point: 0.0001 m as um.
+def readable(value: float, unit: str) -> tuple[float, str]:
+    """The unit in which a value has digits before its point, as um for 0.0001 m, and its factor.
 
     Parameters
     ----------
@@ -401,19 +401,19 @@ def readable(value: float, unit: str) -> str:
 
     Returns
     -------
-    str
-        A metre, second or volt, or a part of it; any other unit as it is.
+    tuple[float, str]
+        What to multiply by, and a metre, second or volt or a part of it; any other unit stays.
 
     Examples
     --------
     >>> from macromicro.units import readable
-    >>> readable(0.000125, "m"), readable(9e-05, "s"), readable(0.0, "V"), readable(0.1, "N")
-    ('um', 'us', 'V', 'N')
+    >>> readable(0.000125, "m"), readable(9e-05, "s"), readable(0.1, "N")
+    ((1000000.0, 'um'), (1000000.0, 'us'), (1.0, 'N'))
     """
-    parts = _READABLE.get(unit)
-    if parts is None or value == 0.0 or not math.isfinite(value):
-        return unit
-    return next((part for part in parts if abs(convert(value, unit, part)) >= 1.0), parts[-1])
+    if value == 0.0 or not math.isfinite(value):
+        return 1.0, unit
+    scales = [(1000.0**k, part) for k, part in enumerate(_READABLE.get(unit, (unit,)))]
+    return next((each for each in scales if abs(value) * each[0] >= 1.0), scales[-1])
 
 
 def shown(value: float, unit: str, shown_unit: str = "", digits: int = 17) -> str:

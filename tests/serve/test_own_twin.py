@@ -12,7 +12,7 @@ import pytest
 from macromicro import connect
 from macromicro.serve.alone import Alone
 from macromicro.serve.hosts import HOST
-from macromicro.serve.settings import ServeSettings, patient, unhurried
+from macromicro.serve.settings import ServeSettings, allow_missed_periods, patient
 from tests import warm
 from tests.serve.quick import TEXT
 from tests.systems import linux
@@ -25,10 +25,10 @@ def test_it_waits_longer_where_nobody_said_how_long() -> None:
 
 
 def test_a_twin_that_is_served_to_all_may_miss_periods_unless_its_file_says_how_many() -> None:
-    late = unhurried(ServeSettings())
+    late = allow_missed_periods(ServeSettings())
     assert late.miss_share == 1.0 and late._replace(miss_share=0.1) == ServeSettings()
-    told = ServeSettings(miss_share=0.3)
-    assert unhurried(told) == told
+    own = ServeSettings(miss_share=0.3)
+    assert allow_missed_periods(own) == own
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,10 @@ def show(
         _show_axis(config, axis)
         return
     if key is not None and key.endswith(".toml"):
-        raise ProblemError(key, "a file, not a key", f"Name it with --config {key}.")
+        from macromicro.schema.text import printable
+
+        file = printable(key)
+        raise ProblemError(file, "a file, not a key", f"Name it with --config {file}.")
     if machine is None and key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import load
 

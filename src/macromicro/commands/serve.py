@@ -66,14 +66,14 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.rig.opening import TWIN
     from macromicro.serve import hosts, persist, storage
     from macromicro.serve.log import Log
-    from macromicro.serve.settings import load, unhurried
+    from macromicro.serve.settings import allow_missed_periods, load
 
     sys.setswitchinterval(SWITCH_S)
 
     rig = board_name(rig, port, loop, calibration)
     chosen = load(config, law)
     if rig == TWIN:
-        chosen = chosen._replace(serve=unhurried(chosen.serve))
+        chosen = chosen._replace(serve=allow_missed_periods(chosen.serve))
     _check(chosen.rigs(rig), {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
     doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
     tell(chosen)

@@ -20,7 +20,7 @@ from macromicro.place import LENGTH
 from macromicro.place import Place as Unit
 from macromicro.runs import folder
 from macromicro.schema.text import write_text
-from macromicro.units import convert, readable
+from macromicro.units import readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,9 +104,9 @@ def rows(found: Commissioned, place: Place) -> list[tuple[str, ...]]:
     """Results, a line each: quantity, value, half interval, unit."""
     lines = place.kind.rows(found.work)
     for one in place.kind.estimates(found.model).values():
-        unit = readable(one.value, one.unit)
-        value, half = (convert(number, one.unit, unit) for number in (one.value, one.half))
-        lines.append((one.meaning, f"{value:.4g}", f"+- {float(f'{half:.2g}'):g}", unit))
+        scale, unit = readable(one.value, one.unit)
+        half = float(f"{scale * one.half:.2g}")
+        lines.append((one.meaning, f"{scale * one.value:.4g}", f"+- {half:g}", unit))
     return [*lines, *found.tuned.rows, *found.margins.rows]
 
 

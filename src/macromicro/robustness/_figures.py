@@ -176,7 +176,7 @@ def _edges(finite: Any, metric: Metric) -> Any:
     if metric.unit == "count":
         return np.arange(-0.5, finite.max() + 1.5)
     middle = float(np.median(finite))
-    if np.ptp(finite) <= 1e-9 * abs(middle):  # alike, but for rounding
+    if np.ptp(finite) <= 1e-9 * abs(middle):  # equal except for rounding
         return middle + (0.5 * abs(middle) or 0.5) * np.linspace(-1.0, 1.0, 26)
     return 25
 

@@ -101,8 +101,8 @@ class ServeSettings(NamedTuple):
         float,
         _server_par(
             "",
-            "share of missed periods in the window above which the machine stops; 1 for never, "
-            "which a twin has",
+            "share of missed periods in the window above which the machine stops; 1: never, the "
+            "default of a twin",
             positive=True,
             hi=1.0,
         ),
@@ -147,20 +147,20 @@ class ServeSettings(NamedTuple):
 _LATE: dict[str, Any] = {"miss_share": 1.0, "loop_timeout": 10.0, "parent_timeout": 10.0}
 
 
-def unhurried(serve: ServeSettings) -> ServeSettings:
+def allow_missed_periods(serve: ServeSettings) -> ServeSettings:
     """The same settings for a virtual machine: periods that a busy computer misses hurt nothing."""
-    return _unless_told(serve, "miss_share")
+    return _unless_set(serve, "miss_share")
 
 
 def patient(serve: ServeSettings) -> ServeSettings:
-    """The same for one that serves a program alone, whose processes may stand as well."""
-    return _unless_told(serve, *_LATE)
+    """The same for one that serves a program alone, whose processes may pause as well."""
+    return _unless_set(serve, *_LATE)
 
 
-def _unless_told(serve: ServeSettings, *names: str) -> ServeSettings:
+def _unless_set(serve: ServeSettings, *names: str) -> ServeSettings:
     usual = ServeSettings()
-    silent = [name for name in names if getattr(serve, name) == getattr(usual, name)]
-    return serve._replace(**{name: _LATE[name] for name in silent})
+    unset = [name for name in names if getattr(serve, name) == getattr(usual, name)]
+    return serve._replace(**{name: _LATE[name] for name in unset})
 
 
 def problems(serve: ServeSettings, period: float) -> Iterator[rules.Problem]:

@@ -15,7 +15,7 @@ from macromicro.motion import Segment
 
 PACE = 0.35  # of a radian in a period: how fast an error of the set point decays
 EASE = 0.7  # of acceleration and jerk: what an approach over a long way uses
-_NEAR = 1e-9  # of a limit, or s of its speed: rounding
+_NEAR = 1e-9  # allowance for rounding: a share of a limit, or s at its speed
 _STILL = 1e-6  # of a limit: it rests
 
 
@@ -61,7 +61,7 @@ def within_limits(q: Limits, pieces: tuple[Segment, ...]) -> bool:
     fastest, hardest = q.velocity * (1.0 + _NEAR), q.acceleration * (1.0 + _NEAR)
     for duration, p, v, a, j in pieces:
         times = [duration]
-        # Else it gets neither slower nor turns, so that its end is its extreme.
+        # Otherwise it is farthest and fastest at its end.
         if v * (v + duration * (a + 0.5 * duration * j)) <= 0.0 or a * (a + duration * j) < 0.0:
             times += _extremes(v, a, j)
         for h in times:

@@ -27,7 +27,7 @@ from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import FIT
 from macromicro.place import ANGLE
-from macromicro.units import convert, readable
+from macromicro.units import readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -157,8 +157,8 @@ def _report_fit(records: Loaded, fit: DriveFit | SprungFit | PreslidingFit, part
 
 
 def _amount(value: float, unit: str) -> str:
-    to = readable(value, unit)  # the records' own unit may be any word
-    return f"{value if to == unit else convert(value, unit, to):.4g} {to}"
+    scale, to = readable(value, unit)
+    return f"{scale * value:.4g} {to}"
 
 
 def _rigid_part(records: Loaded, options: Options, fit: DriveFit) -> Part:
