@@ -29,8 +29,8 @@ _joined: dict[str, str] = {}  # laws of other packages: name, digest of their so
 _register: Callable[[Callable[..., Any]], Any] | None = None
 # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
 # everywhere, a control period of the whole bench takes a third less time.
-# Nothing but compiled code calls what is inlined: without entries from Python and C, LLVM has 40 %
-# less to do.
+# Nothing but compiled code calls what is inlined: it needs no entries from Python and C, and no
+# machine code of its own.
 _INLINED = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # What old caches may take: several checkouts and environments live side by side, each with a
 # folder of some megabytes that it renews at every start.
@@ -287,12 +287,19 @@ def _numba() -> Any:
 
     event.register("numba:compile", _without_collector(event.Listener))
     _point(numba)
-    _register = register_jitable(**_INLINED)
+    _register = register_jitable(**_inlined())
     while _waiting:
         _register(_waiting.pop())
     for function, choose in _chosen:
         _overload(function, choose)
     return numba
+
+
+def _inlined() -> dict[str, Any]:
+    """The compiler's options for kernels that are inlined."""
+    from macromicro._parts import Parts
+
+    return {**_INLINED, "pipeline_class": Parts}
 
 
 def _without_collector(listener: Any) -> Any:
@@ -324,7 +331,7 @@ def _overload(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
     """Let compiled code call the function that stands for another one."""
     from numba.extending import overload
 
-    overload(function, jit_options=_INLINED, strict=False)(choose)
+    overload(function, jit_options=_inlined(), strict=False)(choose)
 
 
 def _fill(folder: Path) -> None:

@@ -307,6 +307,7 @@ return [...document.querySelectorAll('#gains-rows tr')].map(
 def test_a_recording_is_made_and_handed_out(ready: Page, profile: Path) -> None:
     ready.click("#record")
     until(lambda: ready.station.snapshot().recording.rows > 100)
+    until(lambda: ready.text("#record") == "End the recording")
     ready.click("#record")
     until(lambda: "Download" in ready.text("#recordings"))
     path = Path(ready.station.snapshot().recording.path)
@@ -324,8 +325,8 @@ def test_nothing_is_wider_than_the_screen(page: Page) -> None:
     for size in (PHONE, DESK):
         page.shape(size)
         page.run("document.querySelectorAll('details').forEach(d => d.open = true)")
-        excess, wider = page.run(WIDER)
-        assert excess <= 0 and wider == []
+        assert page.run(WIDER)[0] <= 0  # at once
+        until(lambda: page.run(WIDER)[1] == [])  # the curves follow with the next frame
         stops = page.run(
             "return ['stop', 'emergency'].map(i => { const b = document.getElementById(i)"
             ".getBoundingClientRect(); return [b.left, b.right, b.top, b.bottom, b.height]; })"
@@ -477,7 +478,7 @@ def test_a_picture_of_it_is_kept(page: Page, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_memory_stays_flat(ready: Page, record_property: Any) -> None:
-    """A minute of frames; what the page holds after collecting does not grow with them."""
+    """Once its curves are full, the page holds after a minute of frames what it held before."""
 
     def held() -> float:
         ready.command("HeapProfiler.collectGarbage")
@@ -490,14 +491,15 @@ def test_memory_stays_flat(ready: Page, record_property: Any) -> None:
         return found
 
     ready.command("HeapProfiler.enable")
-    first = frames()
-    until(lambda: frames()[0] > first[0] + 300, 60.0)
-    begun, start = held(), frames()
-    until(lambda: frames()[2] > start[2] + 60e3, 120.0)
-    ended, end = held(), frames()
+    heap = [held()]
+    while len(heap) < 2 or (heap[-1] - heap[-2] > 5e5 and len(heap) < 6):
+        start = frames()
+        until(lambda since=start[2]: frames()[2] > since + 60e3, 120.0)
+        end = frames()
+        heap.append(held())
     seconds = (end[2] - start[2]) / 1e3
     rates = [(end[k] - start[k]) / seconds for k in (0, 1)]
-    print(f"{rates[0]:.1f} frames/s, {rates[1]:.1f} drawn/s, heap {begun:.0f} to {ended:.0f} bytes")
+    print(f"{rates[0]:.1f} frames/s, {rates[1]:.1f} drawn/s, heap of each minute: {heap} bytes")
     record_property("frames_per_s", rates[0])
     assert end[0] - start[0] > 300
-    assert ended - begun < 1e6  # one more array per frame would be 60 times that
+    assert heap[-1] - heap[-2] < 5e5  # one more array per frame would be 100 times that

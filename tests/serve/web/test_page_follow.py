@@ -11,6 +11,7 @@ from page_parts import Page, opened, saved
 from selenium.webdriver.common.action_chains import ActionChains
 
 from macromicro.control.live import messages as m
+from tests.browser import DESK, PHONE
 from tests.waiting import until
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
@@ -77,6 +78,13 @@ def test_a_move_is_captured_and_its_curves_are_drawn_and_saved(screw: Page) -> N
         "return [...document.querySelectorAll('#capture-plots figcaption')].map(e => e.textContent)"
     )
     assert page.run(captions) == ["motor [V]", "position [mm]"]
+    widths = (
+        "return [...document.querySelectorAll('#capture-plots figure')].map(e => "
+        "e.clientWidth - e.querySelector('canvas').getBoundingClientRect().width)"
+    )
+    for size in (PHONE, DESK):  # they follow the screen although they are not drawn again
+        page.shape(size)
+        until(lambda: page.run(widths) == [0, 0])
     table = saved(page, "#capture-csv").splitlines()
     assert table[0] == "t [s],motor [V],position [mm]" and len(table) == 252
     assert float(table[51].split(",")[0]) == 0.0

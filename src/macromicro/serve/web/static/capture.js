@@ -21,7 +21,6 @@ export class Capture {
     $("capture-kind").addEventListener("change", () => this.suit());
     $("capture-stop").addEventListener("click", () => this.stop());
     $("capture-csv").addEventListener("click", () => download("capture.csv", this.table(), "text/csv"));
-    new ResizeObserver(() => this.draw()).observe($("capture-plots"));
   }
 
   // The signals of this machine: [name, unit, meaning] of each.
@@ -103,7 +102,7 @@ export class Capture {
 
   // A figure for each signal, with the trigger at 0 s.
   show() {
-    const { names, units } = this.curves, place = $("capture-plots");
+    const { names, units, rows } = this.curves, place = $("capture-plots");
     for (const plot of this.plots) plot.remove();
     place.replaceChildren();
     this.plots = names.slice(1).map((name, k) => {
@@ -114,12 +113,7 @@ export class Capture {
       place.append(figure);
       return new Curves(figure, `${caption.textContent} around the trigger, at 0 s`, ["one"], { marks: () => [0] });
     });
-    this.draw();
-  }
-
-  draw() {
-    if (!this.curves) return;
-    const [times, ...rows] = this.curves.rows;
-    this.plots.forEach((plot, k) => plot.draw(times, [rows[k]], times[0], times[times.length - 1]));
+    const [times, ...values] = rows;
+    this.plots.forEach((plot, k) => plot.draw(times, [values[k]], times[0], times[times.length - 1]));
   }
 }

@@ -26,17 +26,34 @@ export class Curves {
     }, [[], ...lines.map(() => [])], figure);
     this.plot.root.setAttribute("role", "img");
     this.plot.root.setAttribute("aria-label", label);
+    this.watch = new ResizeObserver(() => this.fit());
+    this.watch.observe(figure);
   }
 
   get size() { return { width: Math.max(this.figure.clientWidth, 80), height: 102 }; }
   get width() { return this.figure.clientWidth - LEFT - RIGHT; } // of the curves alone
 
-  remove() { this.plot.destroy(); }
+  remove() {
+    this.watch.disconnect();
+    this.plot.destroy();
+  }
+
+  // Follows its figure's width, and draws what came while that was not shown.
+  fit() {
+    if (!this.figure.clientWidth) return;
+    if (this.plot.width !== this.size.width) this.plot.setSize(this.size);
+    if (this.late) this.show();
+  }
 
   // Values of each line at the times, shown over a span of time.
   draw(times, values, from, to) {
-    if (!this.figure.clientWidth) return; // it is not shown
-    if (this.plot.width !== this.size.width) this.plot.setSize(this.size);
+    this.late = [times, values, from, to];
+    if (this.figure.clientWidth) this.show();
+  }
+
+  show() {
+    const [times, values, from, to] = this.late;
+    this.late = null;
     this.plot.batch(() => {
       this.plot.setData([times, ...values], false);
       this.plot.setScale("x", { min: from, max: to });
