@@ -166,7 +166,7 @@ def test_a_sweep_and_a_search(lab: Path) -> None:
     assert "linear part" in tuned
 
 
-@pytest.mark.slow  # it compiles the whole bench with this law, about 10 s
+@pytest.mark.slow  # it compiles the whole bench with this law, about 5 s
 def test_a_compiled_law_on_the_bench(lab: Path) -> None:
     command(lab, *BARE, "moves.toml", "--config", "mine.toml", "--out", "compiled")
     found = Recording.load(lab / "compiled" / "recording.h5")

@@ -13,7 +13,7 @@ from numba import _dynfunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, _LowerResult
 from numba.core.compiler_machinery import register_pass
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import NativeLowering, NopythonRewrites
 
 
 class _Part(JITCodeLibrary):  # type: ignore[misc]
@@ -50,12 +50,14 @@ class _PartLowering(NativeLowering):  # type: ignore[misc]
 
 
 class Parts(CompilerBase):  # type: ignore[misc]
-    """numba's own compiler, but for the lowering."""
+    """numba's own compiler with another lowering, and without joining operations on arrays."""
 
     def define_pipelines(self) -> list[Any]:
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.passes = [
-            (_PartLowering if each is NativeLowering else each, why) for each, why in manager.passes
+            (_PartLowering if each is NativeLowering else each, why)
+            for each, why in manager.passes
+            if each is not NopythonRewrites
         ]
         manager.finalize()
         return [manager]

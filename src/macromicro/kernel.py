@@ -306,8 +306,8 @@ def _without_collector(listener: Any) -> Any:
     """What switches the garbage collector off while the compiler works.
 
     The compiler makes millions of objects that stay until it has ended, and looking through them
-    again and again takes a tenth of its time. It is told of each kernel, with those that it calls
-    within, and works in one thread at a time.
+    again and again takes a tenth of its time; the collector finds them among the old ones later.
+    It is told of each kernel, with those that it calls within, and works in one thread at a time.
     """
 
     class Collector(listener):  # type: ignore[misc]
@@ -322,6 +322,8 @@ def _without_collector(listener: Any) -> Any:
         def on_end(self, event: Any) -> None:
             self.depth -= 1
             if self.depth == 0 and self.collects:
+                gc.freeze()
+                gc.unfreeze()  # all are old now: the next collection of young ones is a short one
                 gc.enable()
 
     return Collector()
@@ -394,7 +396,9 @@ def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, 
     # Kernels never allocate, so numba need not count references to their arrays: that halves
     # the micro-stage's period. `_nrt` is numba's own option; tests/test_kernel.py says what to
     # do in the version that drops it.
-    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+    options: dict[str, Any] = {
+        "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True
+    }  # fmt: skip
     try:
         dispatcher = numba.njit(cache=True, **options)(function)
     except RuntimeError:  # no writable place for a cache

@@ -26,7 +26,7 @@ def tell(chosen: Any) -> None:
 
 def announce_compiling(is_compiled: bool) -> None:
     if not is_compiled:
-        print("compiling the machine, once, about 10 s", file=sys.stderr, flush=True)
+        print("compiling the machine, once, about 5 s", file=sys.stderr, flush=True)
 
 
 @contextmanager

@@ -92,7 +92,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         from macromicro.serve.station import Station
 
         known = isinstance(chosen.controller, Control) and warming.is_compiled()
-        once = "" if known else "; the first time it compiles, about 10 s"
+        once = "" if known else "; the first time it compiles, about 5 s"
         station, stack = Station(rig, seed=seed, settings=chosen, state=state), ExitStack()
         with stack:
             servers = _Servers(station, doors, record or FOLDER, stack)
