@@ -231,6 +231,21 @@ def test_what_leaned_on_something_is_let_go_once() -> None:
     assert stage.course.restart == before + 1
 
 
+def test_one_that_springs_back_from_what_it_leaned_on_is_given_the_time_for_it() -> None:
+    stage = enabled(touch=TOUCH, raw=0.003)
+    stage.q = stage.q._replace(rubs=True)
+    stage.ask(m.Jog(m.MACRO, -0.05))
+    stage.run(60)
+    stage.ask(m.Stop())
+    stage.g = stage.g._replace(leaning=0.05)
+    stage.run(1)
+    stage.g, leant, stage.stuck = stage.g._replace(leaning=0.0), stage.s.time, True
+    while stage.s.work is not None:
+        stage.place += 0.5 * PITCH
+        stage.run(1)
+    assert stage.s.time - leant == pytest.approx(0.1, abs=2.0 * DT)
+
+
 def test_a_set_point_without_work_comes_to_rest() -> None:
     stage = enabled()
     stage.g = stage.g._replace(aim=Aim(0.0, 0.1, 0.0, 0.0))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from tests.serve.group.bed import PLOTTER, Bed
 
 from macromicro.control.live import messages as m
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.rig import CompiledTwin
 from macromicro.types import SAFE
 
@@ -61,6 +62,51 @@ def test_time_passes_for_both_at_once_whether_they_are_led_or_not() -> None:
 
 
 @pytest.mark.slow
+class Noted(CompiledTwin):
+    """Notes in which order the two are driven."""
+
+    order: ClassVar[list[int]] = []
+
+    def __init__(self, kind: Any, tree: Any, seed: int) -> None:
+        super().__init__(kind, tree, seed)
+        self.number = seed
+
+    def write(self, outputs: Any) -> None:
+        self.order.append(self.number)
+        super().write(outputs)
+
+
+def test_two_that_are_off_pass_each_control_period_together() -> None:
+    bed = Bed(PLOTTER, real=True, twin=Noted)
+    bed.ask(m.Disable())
+    bed.run(2)
+    Noted.order.clear()
+    bed.run(1)
+    assert Noted.order == [0, 1] * bed.rig.control.number
+
+
+def test_one_that_is_off_or_waits_keeps_the_effort_off_both() -> None:
+    bed = Bed()
+    x, y = bed.pair.courses
+    x = x._replace(aim=x.aim._replace(position=x.aim.position + 1e-3))
+    bed.rig.drive((x, y))
+    assert bed.rig.control.efforts[0] != 0.0
+    for other, enable in ((y._replace(waiting=True), 1.0), (y._replace(on=False), 0.0)):
+        bed.rig.drive((x, other))
+        assert bed.rig.control.efforts == [0.0, 0.0] and bed.rig.control.enable == enable
+
+
+def test_a_fault_of_one_that_is_off_is_told_to_the_other() -> None:
+    bed = Bed()
+    bed.ask(m.Disable())
+    bed.run(300)
+    control, (x, y) = bed.rig.control, bed.rig._seen()
+    bed.rig._read = (x, y._replace(position=y.position + 0.01))
+    bed.rig.drive(bed.pair.courses)
+    assert control.tripped and control.faulty == 1
+    assert [watch.fault == OTHER_AXIS for watch in control.watches] == [True, False]
+
+
 def test_lines_are_read_guarded_and_homed_on(tmp_path: Path) -> None:
     (tmp_path / "lined.toml").write_text(LINED)
     bed = Bed(tmp_path / "lined.toml", known=False, real=True)

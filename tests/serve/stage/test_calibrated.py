@@ -9,6 +9,7 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Event
+from macromicro.machines.signals import Sample
 from macromicro.serve import settings
 from macromicro.serve.persist import Restored
 
@@ -63,7 +64,7 @@ def test_it_is_truly_where_it_says_until_it_is_switched_off(tmp_path: Path) -> N
     # Warmer than the calibration: it says so, once, and its half width grows.
     stage.run(2000)
     told = [n for n in stage.notices if isinstance(n, Event) and n.kind == "temperature"]
-    assert len(told) == 1 and told[0].evidence["degC"] > 21.0
+    assert len(told) == 1 and 21.0 < told[0].evidence["degC"] < 21.5
     assert stage.machine.view().uncertainty > 1.4e-6 + 1e-6
 
     off = m.SetGains((("correction.on", 0),))
@@ -78,6 +79,19 @@ def test_it_is_truly_where_it_says_until_it_is_switched_off(tmp_path: Path) -> N
     served = settings.load(file)
     assert served is not None
     assert "on = 1" in served.as_toml(served.controller, stage.machine.view().limits)
+
+
+def test_a_reading_counts_by_the_way_that_led_to_it(tmp_path: Path) -> None:
+    file = tmp_path / "screw.toml"
+    file.write_text(SCREW.read_text(encoding="utf-8") + CORRECTION, encoding="utf-8")
+    stage = Known(file)
+    found = []
+    for target in (0.02, 0.01):  # upwards, then downwards
+        assert isinstance(stage.ask(m.MoveTo(target)), Accepted)
+        stage.run(3000)
+        seen = Sample(1e3, 0.015)
+        found += stage.rig.control.positions((seen,), [20.0])
+    assert found[1] - found[0] == pytest.approx(2e-6, abs=5e-8)
 
 
 def test_a_setting_that_is_not_there_is_refused() -> None:

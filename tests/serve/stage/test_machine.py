@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import REST, Course, Guided
 from macromicro.control.live.messages import Accepted, Change, Event, Refused
+from macromicro.machines.parts import START
 from macromicro.serve import settings
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage import guide
@@ -161,6 +163,7 @@ def test_before_the_first_period_and_anew_nothing_is_led() -> None:
     lead = guide.guide(found.machine, tree)
     fresh = Led(guide.parameters(found.machine, tree), lead, 1e-3, tree, lambda gains: None)
     assert fresh.course == Course() and fresh.view().mode == m.DISABLED
+    assert fresh.speed == lead.velocity
 
 
 def test_homing_is_for_a_sensor_that_counts(screw: Machine) -> None:
@@ -225,3 +228,155 @@ def test_a_speed_that_moves_cannot_have_is_refused(
     assert isinstance(reply, Refused) and words in reply.reason and reply.remedy
     assert screw.led.refusal(request) == reply
     assert screw.led.speed == screw.settings.facts.speeds["macro"]
+
+
+class Sure:
+    """The screw as a stage that need not home: with an absolute sensor, or counted from the start."""
+
+    def __init__(self, screw: Machine, *, counts: bool) -> None:
+        tree, found = screw.settings.tree, screw.settings
+        if counts:
+            tree = tree._replace(homing=tree.homing._replace(on=START))
+        lead = guide.guide(found.machine, screw.settings.tree)._replace(touch=None)
+        parameters = guide.parameters(found.machine, screw.settings.tree)
+        self.led = Led(parameters, lead, 1e-3, tree, lambda gains: None)
+        self.rig = screw.rig
+        self.led.begin(self.rig.read(), Restored(False, float("nan"), "unknown"))
+
+    @property
+    def trusted(self) -> bool:
+        return self.led.view().trusted == 1.0
+
+    def ask(self, request: Any) -> tuple[m.Reply, list[str]]:
+        """The reply, and the kinds of the events."""
+        reply, notices = self.led.accept(request)
+        return reply, [notice.kind for notice in notices if isinstance(notice, Event)]
+
+
+    def move(self) -> None:
+        """Be on the way to another place."""
+        self.led.step(self.rig.read(), 1e-3)
+        assert self.ask(m.Enable())[0] == Accepted(0)
+        for _ in range(2):
+            self.led.step(self.rig.read(), 1e-3)
+        assert isinstance(self.ask(m.MoveTo(0.05))[0], Accepted)
+        self.led.step(self.rig.read(), 1e-3)
+
+
+ABSOLUTE = "this machine's place is known: by an absolute sensor, or from where it was switched on"
+
+
+def test_an_absolute_sensor_knows_the_place_again_when_a_fault_is_cleared(screw: Machine) -> None:
+    sure = Sure(screw, counts=False)
+    sure.led.fail("the sensor is silent", {}, position_lost=True)
+    assert sure.ask(m.Stop()) == (Accepted(0), []) and not sure.trusted
+    refused, told = sure.ask(m.Home())
+    assert isinstance(refused, Refused) and refused.reason == ABSOLUTE and told == []
+    _, told = sure.ask(m.ClearFault())  # the cause is still there
+    assert not sure.trusted and "trust" not in told
+    reply, told = sure.ask(m.ClearFault(gone=True))
+    assert reply == Accepted(0) and sure.trusted and told[-1] == "trust"
+    sure.move()
+    sure.led.fail("too fast", {}, position_lost=False)
+    assert sure.trusted
+    reply, told = sure.ask(m.ClearFault(gone=True))
+    assert reply == Accepted(0) and sure.trusted and "trust" not in told
+
+
+def test_a_stage_of_a_kind_that_never_homes_is_absolute(screw: Machine) -> None:
+    sure = Sure(screw, counts=False)
+    piezo = settings.load(SCREW.with_name("piezo-100um.toml"))
+    assert piezo is not None
+    sure.led._tree = piezo.tree
+    refused, _ = sure.ask(m.Home())
+    assert isinstance(refused, Refused) and refused.reason == ABSOLUTE
+
+
+def test_a_count_from_the_start_is_lost_with_its_sensor_until_a_zero_is_set(screw: Machine) -> None:
+    sure = Sure(screw, counts=True)
+    refused, _ = sure.ask(m.Home())
+    assert sure.trusted and isinstance(refused, Refused) and refused.reason == ABSOLUTE
+    sure.led.fail("too fast", {}, position_lost=False)
+    assert sure.trusted
+    sure.ask(m.ClearFault(gone=True))
+    sure.led.fail("the sensor is silent", {}, position_lost=True)
+    assert not sure.trusted
+    reply, told = sure.ask(m.ClearFault(gone=True))
+    assert reply == Accepted(0) and not sure.trusted and "trust" not in told
+    refused, _ = sure.ask(m.Home())  # it is switched off
+    assert isinstance(refused, Refused) and not sure.trusted
+    sure.led.step(sure.rig.read(), 1e-3)
+    assert sure.ask(m.Enable())[0] == Accepted(0)
+    sure.led.step(sure.rig.read(), 1e-3)
+    reply, told = sure.ask(m.Home())
+    assert reply == Accepted(0) and sure.trusted and told == ["trust"]
+    for _ in range(2):  # what does not touch the sensor costs nothing, again
+        sure.led.fail("too fast", {}, position_lost=False)
+        assert sure.trusted
+        sure.ask(m.ClearFault(gone=True))
+    sure.led.lose("it was moved by hand")
+    assert not sure.trusted
+
+
+def test_a_machine_that_homes_loses_its_place_with_an_interruption() -> None:
+    screw = Machine()
+    assert isinstance(screw.ask(m.MoveTo(0.05)), Accepted)
+    screw.run(50)
+    screw.led.fail("too fast", {}, position_lost=False)
+    assert screw.led.view().trusted == 0.0
+    assert isinstance(screw.ask(m.ClearFault(gone=True)), Accepted)
+    assert screw.led.view().trusted == 0.0
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.9, -0.9, 1.1, -1.1])  # of what counts as standing
+def test_a_push_that_is_let_go_where_it_began_costs_the_place(screw: Machine, moved: float) -> None:
+    led, sure = screw.led, Sure(screw, counts=True)
+    led.begin(screw.rig.read(), Restored(True, 0.0, "known"))
+    assert led.guide.touch is not None
+    long = led.guide.touch.reveal + 1e-3
+    sample, way = screw.rig.read(), moved * screw.settings.tree.guard.still / led.pitch
+    for leaning, shift in ((0.0, 0.0), (long, way), (0.0, way), (0.0, 0.0)):
+        for each in (led, sure.led):
+            each.leaning = lambda leaning=leaning: leaning  # type: ignore[misc]
+            each.step(sample._replace(encoder=sample.encoder + shift), 1e-3)
+    assert led.view().trusted == float(abs(moved) > 1.0)
+    assert sure.trusted  # nothing to lean on was ever looked for
+    led.leaning = lambda: 0.0
+
+
+def test_places_are_told_in_metres_of_the_frame() -> None:
+    screw = Machine()
+    led, pitch, offset = screw.led, screw.rig.pitches[0], 60.0
+    led.begin(screw.rig.read(), Restored(True, offset, "known"))
+    sample = screw.rig.read()
+    led.step(sample, 1e-3)
+    at = sample.encoder * pitch
+    assert led.leaning() == 0.0 and led.aim == pytest.approx(at)
+    assert math.isnan(led.goal) and math.isnan(led.view().target)
+    screw.ask(m.Enable())
+    screw.run(2)
+    assert isinstance(screw.ask(m.MoveTo(0.05)), Accepted)
+    screw.run(10)
+    assert led.goal == pytest.approx(0.05 + offset * pitch, abs=pitch)
+    assert led.view().target == pytest.approx(0.05, abs=1e-9)
+    screw.run(8000)
+    assert math.isnan(led.goal) and led.aim == pytest.approx(0.05 + offset * pitch, abs=pitch)
+    assert isinstance(screw.ask(m.Jog("macro", 0.01)), Accepted)
+    screw.run(100)
+    assert led.view().target == pytest.approx(led.aim - offset * pitch, abs=1e-12)
+    assert led.view().target > 0.05 + 10.0 * pitch
+
+
+def test_a_file_says_whether_a_move_replaces_one(screw: Machine) -> None:
+    led = screw.led
+    settings = led._p.settings
+    assert led.supersedes is (settings.supersede == 1)
+    led._p = led._p._replace(settings=settings._replace(supersede=1 - settings.supersede))
+    assert led.supersedes is (settings.supersede == 0)
+    led._p = led._p._replace(settings=settings)
+
+
+def test_the_greatest_speed_may_be_a_rounding_above(screw: Machine) -> None:
+    most = screw.settings.facts.speeds["macro"]
+    assert screw.ask(m.SetSpeed("macro", most * (1.0 + 5e-10))) == Accepted()
+    assert screw.ask(m.SetSpeed("macro", most)) == Accepted()

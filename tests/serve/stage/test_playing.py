@@ -15,7 +15,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.leading import Course, Guided, at
 from macromicro.control.live.messages import Accepted, Finished, Refused
 from macromicro.control.live.parameters import prepare
-from macromicro.control.live.state import Played
+from macromicro.control.live.state import Played, Targets
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
 from macromicro.serve.stage import _playing
@@ -126,6 +126,7 @@ def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> Non
     first = next(k for k, (_, v, *_) in enumerate(stage.aims) if v != 0.0)
     assert stage.aims[first][0] == pytest.approx(0.05 + frame)  # from where it stood
     assert stage.s.mode == m.READY and stage.g.aim.velocity == 0.0
+    assert stage.s.target == Targets(0.02, round(0.02 / PITCH))
     assert end.evidence["error_um"] == pytest.approx(20.0, abs=0.6 * PITCH * 1e6)
     steps = np.diff([p for p, *_ in stage.aims[3:]])
     assert np.max(np.abs(steps)) <= 0.2 * DT * 1.001  # never a jump
@@ -134,9 +135,12 @@ def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> Non
     assert modes == ["programme", *moves, "arrived", "programme done"]
 
 
-def test_the_set_point_goes_on_from_period_to_period_where_pieces_end_between() -> None:
-    stage = Stage(place=0.01)
-    stage.end(stage.play(plan([0.01, 0.0173], origin=0.0)))
+@pytest.mark.parametrize(("targets", "frame"), [([0.01, 0.0173], 0.0), ([0.0013], 0.03)])
+def test_the_set_point_goes_on_from_period_to_period_where_pieces_end_between(
+    targets: list[float], frame: float
+) -> None:
+    stage = Stage(place=0.01, frame=frame)
+    stage.end(stage.play(plan(targets, origin=0.0)))
     assert any(course.later for course in stage.courses)
     for before, after in pairwise(stage.courses[3:]):
         begin, last = ((0.0, before.aim), *before.later)[-1]

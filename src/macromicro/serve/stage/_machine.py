@@ -128,13 +128,13 @@ class Led(Live):
     def _let_go(self, leaning: float, encoder: float) -> tuple[Notice, ...]:
         """Note that a push ended before the guard could judge whether the stage moved."""
         pushed, self._leant = self._leant, leaning
-        if leaning == 0.0 and pushed > 0.0 and self.guide.touch is not None:
-            still = abs(encoder - self._stood) * self.pitch <= self._tree.guard.still
-            if still and pushed > self.guide.touch.reveal:
-                return self.lose(NO_MOTION)
-        if leaning == 0.0:
-            self._stood = encoder
-        return ()
+        if leaning > 0.0:
+            return ()
+        stood, self._stood = self._stood, encoder
+        touch = self.guide.touch
+        long = touch is not None and pushed > touch.reveal
+        still = abs(encoder - stood) * self.pitch <= self._tree.guard.still
+        return self.lose(NO_MOTION) if long and still else ()
 
     def _warmed(self) -> tuple[Notice, ...]:
         """The event of a temperature that leaves those of the calibration, or comes back."""

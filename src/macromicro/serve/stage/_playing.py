@@ -197,7 +197,7 @@ def slower(
         for q, a in zip(found, most, strict=True)
         if q.velocity != 0.0
     ]
-    if r <= 0.0 or not moving:
+    if not moving:
         rests = tuple(REST._replace(position=q.position) for q in found)
         return s._replace(rate=0.0, aims=rests)
     # |q'' r^2 - q' fall| at most a, of each stage; `bent` is q'' as it quickens the axis.
@@ -227,13 +227,15 @@ class Together:
         self._most = tuple(min(own.motion.acceleration, acceleration) for own in trees)
         self._now = 0.0
         self._slowing: Slowing | None = None
-        self.places: Point = (math.nan,) * len(trees)
+        self.places: Point = ()  # of all stages, before each period
         self._plans: tuple[Plan, ...] | None = None
         self._outside = (math.nan,) * len(trees)  # no stage is within its tolerance
-        self._progress, self._inside = begin(), self._outside
         self._targets: tuple[Target, ...] | None = None
-        self._offsets: Point = (0.0,) * len(trees)
         self._step = sequence.together(len(trees))
+        # Of a programme, from its start on.
+        self._offsets: Point
+        self._progress: Progress
+        self._inside: Point
 
     def straight(
         self, guides: Sequence[Guide], here: Point, goal: Point, speeds: Point
@@ -263,7 +265,7 @@ class Together:
 
     def hold(self, dt: float) -> None:
         """Bring the programme to rest on its path from the next period on."""
-        self._slowing = Slowing(self._now + dt, 1.0, math.nan, (REST,) * len(self._most))
+        self._slowing = Slowing(self._now + dt, 1.0, math.nan, ())
 
     def free(self) -> None:
         """Let each stage brake by itself."""
