@@ -252,7 +252,6 @@ class Sure:
         reply, notices = self.led.accept(request)
         return reply, [notice.kind for notice in notices if isinstance(notice, Event)]
 
-
     def move(self) -> None:
         """Be on the way to another place."""
         self.led.step(self.rig.read(), 1e-3)

@@ -31,7 +31,9 @@ def swing(amplitude: float, start: float = 0.02) -> Plan:
     nothing = np.array([math.inf])
     first = np.array([0, len(rows)], np.int64)
     target = np.array([place])
-    return Plan(nothing, target, nothing, np.array([LENGTH]), first, np.array(rows), start, math.nan)
+    return Plan(
+        nothing, target, nothing, np.array([LENGTH]), first, np.array(rows), start, math.nan
+    )
 
 
 def at(plan: Plan, t: float) -> tuple[float, float, float]:
@@ -97,9 +99,7 @@ def test_where_nothing_moves_it_has_stopped() -> None:
 
 
 def together(speed: float = math.inf, acceleration: float = math.inf) -> Together:
-    tree: Any = SimpleNamespace(
-        arrival=(1e-6, 0.0, 1.0), motion=SimpleNamespace(acceleration=2.0)
-    )
+    tree: Any = SimpleNamespace(arrival=(1e-6, 0.0, 1.0), motion=SimpleNamespace(acceleration=2.0))
     return Together((tree, tree), speed, acceleration)
 
 
