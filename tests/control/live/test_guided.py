@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from macromicro.control.live import following as follow
 from macromicro.control.live import guided, leading, state
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import Aim, Course, Seek
 from macromicro.control.live.messages import Accepted, Finished, Refused
-from macromicro.control.live.state import Search
+from macromicro.control.live.state import Braking, Search, Targets
 from macromicro.motion import s_curve
 
 from .led import ABSOLUTE, DT, PITCH, TOUCH, Stage, enabled
@@ -244,6 +245,113 @@ def test_one_that_springs_back_from_what_it_leaned_on_is_given_the_time_for_it()
         stage.place += 0.5 * PITCH
         stage.run(1)
     assert stage.s.time - leant == pytest.approx(0.1, abs=2.0 * DT)
+
+
+def test_one_that_knows_its_place_is_held_where_it_stops_whatever_it_leans_on() -> None:
+    stage = enabled()
+    stage.q = stage.q._replace(rubs=True)
+    stage.ask(m.MoveTo(0.05))
+    stage.run(100)
+    stage.ask(m.Stop())
+    stage.g = stage.g._replace(leaning=0.05)
+    before = stage.course.restart
+    stage.run(20)
+    assert stage.course.restart == before and stage.course.aim.velocity > 0.0
+
+
+HOLD = 0.05
+FRAME = 0.03
+
+
+def following() -> Stage:
+    """A stage that follows a client's set points, whose encoder counts from elsewhere."""
+    stage = Stage(place=FRAME)
+    stage.s = state.begin(stage.p, 0.0, trusted=True)
+    stage.run(1)
+    assert stage.ask(m.Enable()) == Accepted(0)
+    stage.run(2)
+    assert stage.ask(m.Follow(m.MACRO, HOLD)) == Accepted(1)
+    return stage
+
+
+def put(stage: Stage, position: float, velocity: float = 0.0, periods: int = 1) -> None:
+    for _ in range(periods):
+        stage.s, notices = follow.take_set_point(stage.p, stage.s, position, velocity, 0.0)
+        stage.notices += notices
+        stage.run(1)
+
+
+def ended(stage: Stage) -> Finished:
+    while stage.s.motion is not None:
+        stage.run(1)
+    return next(n for n in stage.notices if isinstance(n, Finished))
+
+
+def test_the_last_set_point_is_gone_to_however_long_that_takes() -> None:
+    stage = following()
+    assert stage.course.origin == pytest.approx(FRAME)
+    put(stage, 0.001, periods=200)
+    assert stage.place == pytest.approx(FRAME + 0.001, abs=PITCH)
+    assert stage.s.motion is not None  # a client may stand
+    put(stage, 0.099)
+    began = stage.s.time
+    assert stage.ask(m.EndFollow()) == Accepted(1)
+    end = ended(stage)
+    assert end.outcome == m.DONE and stage.s.time - began > ABSOLUTE.arrival.patience
+    assert stage.place == pytest.approx(FRAME + 0.099, abs=PITCH)
+    assert stage.s.target == Targets(0.099, 9900)
+    assert abs(end.evidence["error_um"]) <= 0.5 * PITCH * 1e6
+
+
+def test_a_stage_that_does_not_come_to_the_last_set_point_has_stalled() -> None:
+    stage = following()
+    put(stage, 0.001, periods=200)
+    stage.stuck = True
+    put(stage, 0.002, periods=100)
+    assert stage.ask(m.EndFollow()) == Accepted(1)
+    began = stage.s.time
+    end = ended(stage)
+    assert end.outcome == m.STALLED
+    # The set point comes to rest first.
+    assert 0.0 <= stage.s.time - began - ABSOLUTE.arrival.patience < 0.15
+    assert end.evidence["error_um"] == pytest.approx(1000.0, abs=PITCH * 1e6)
+
+
+def test_without_set_points_it_slows_down_from_where_it_is() -> None:
+    stage = following()
+    for k in range(200):
+        put(stage, 0.05 * k * DT, 0.05)
+    while not isinstance(stage.s.work, Braking):
+        before = stage.course.aim
+        stage.run(1)
+    at_once = stage.course.aim
+    assert at_once.position == pytest.approx(before.position + 0.05 * DT, rel=1e-3)
+    assert 0.0 < at_once.velocity < before.velocity
+
+
+def test_a_jog_without_its_client_slows_down_from_where_it_is() -> None:
+    stage = enabled()
+    stage.ask(m.Jog(m.MACRO, 0.05, hold=HOLD))
+    before = stage.course.aim
+    while not isinstance(stage.s.work, Braking):
+        before = stage.course.aim
+        stage.run(1)
+    at_once = stage.course.aim
+    assert at_once.position == pytest.approx(before.position + 0.05 * DT, rel=1e-2)
+    assert at_once.velocity == before.velocity and at_once.acceleration < 0.0
+
+
+def test_a_set_point_that_still_moves_comes_to_rest_before_it_follows() -> None:
+    stage = following()
+    stage.g = stage.g._replace(aim=Aim(stage.place, 0.1, 0.0, 0.0))
+    speeds = []
+    for _ in range(100):
+        put(stage, -0.004)
+        speeds.append(stage.course.aim.velocity)
+    rests = speeds.index(0.0)
+    assert rests > 10 and all(speed > 0.0 for speed in speeds[:rests])
+    assert np.abs(np.diff(speeds)).max() <= ABSOLUTE.acceleration * DT * (1.0 + 1e-9)
+    assert min(speeds) < 0.0  # and then it goes where it is asked to
 
 
 def test_a_set_point_without_work_comes_to_rest() -> None:

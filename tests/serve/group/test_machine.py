@@ -17,6 +17,7 @@ from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK
 from macromicro.machines.joint import course, planning
 from macromicro.serve import faults
+from macromicro.serve.persist import Restored
 
 
 @pytest.fixture(scope="module")
@@ -294,6 +295,28 @@ def test_a_stop_of_a_programme_stays_on_its_path(bed: Bed, tmp_path: Path, perio
     bed.ask(m.Stop())
     bed.run(3000, to_end=True)
     assert np.ptp([a[1] for a in bed.aims]) == 0.0 and bed.place[0] > 0.021
+
+
+def test_a_stop_stays_on_its_path_where_the_encoders_count_from_elsewhere(tmp_path: Path) -> None:
+    file = tmp_path / "slot.toml"
+    file.write_text(CURVES, encoding="utf-8")
+    bed = Bed()
+    pitch, offsets = bed.settings.live.pitch, (500.0, -300.0)
+    bed.pair.begin(bed.rig.read(), Restored(True, offsets[0], "known", offsets[1:]))
+    bed.run(2)
+    assert bed.ask(m.Enable()) == m.Accepted(0)
+    bed.run(2)
+    plan = bed.settings.programmes.read(file, bed.settings.live.limits).plan
+    bed.done(m.MovePoint({n: float(p.origin) for n, p in zip("xy", plan, strict=True)}))
+    reply = bed.ask(m.Programme(plan))
+    bed.run(480)
+    bed.aims = bed.aims[-1:]
+    bed.ask(m.Stop())
+    bed.run(3000, to_end=True)
+    end = next(n for n in bed.notices[::-1] if isinstance(n, m.Finished))
+    assert (end.id, end.outcome) == (reply.id, m.STOPPED_BY_REQUEST)  # type: ignore[union-attr]
+    x, y = (np.array(bed.aims) - np.array(offsets) * pitch).T
+    assert np.abs(y - 0.020).max() < 2.0 * pitch and np.ptp(x) > 0.002
 
 
 def test_a_trajectory_is_run_by_its_times(bed: Bed, tmp_path: Path) -> None:

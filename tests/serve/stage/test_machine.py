@@ -231,7 +231,7 @@ def test_a_speed_that_moves_cannot_have_is_refused(
 
 
 class Sure:
-    """The screw as a stage that need not home: with an absolute sensor, or counted from the start."""
+    """The screw as a stage that need not home: absolute, or counted from where it started."""
 
     def __init__(self, screw: Machine, *, counts: bool) -> None:
         tree, found = screw.settings.tree, screw.settings

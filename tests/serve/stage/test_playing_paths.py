@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -67,7 +68,7 @@ def test_a_stop_stays_on_the_path_and_uses_what_the_stages_have(
     plans = [swing(amplitude) for amplitude in AMPLITUDES]
     states = stop(plans, most, since)
     assert len(states) > 20
-    for before, after in zip(states[:-2], states[1:-1], strict=True):
+    for before, after in pairwise(states[:-1]):
         t, r = before.time, before.rate
         fall = (r - after.rate) / DT
         assert 0.0 <= after.rate < r <= 1.0
