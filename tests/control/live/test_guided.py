@@ -326,7 +326,7 @@ def test_without_set_points_it_slows_down_from_where_it_is() -> None:
         stage.run(1)
     at_once = stage.course.aim
     assert at_once.position == pytest.approx(before.position + 0.05 * DT, rel=1e-3)
-    assert 0.0 < at_once.velocity < before.velocity
+    assert 0.0 < at_once.velocity < before.velocity and at_once.acceleration < 0.0
 
 
 def test_a_jog_without_its_client_slows_down_from_where_it_is() -> None:

@@ -228,11 +228,11 @@ class Together:
         self._now = 0.0
         self._slowing: Slowing | None = None
         self.places: Point = ()  # of all stages, before each period
-        self._plans: tuple[Plan, ...] | None = None
         self._outside = (math.nan,) * len(trees)  # no stage is within its tolerance
         self._targets: tuple[Target, ...] | None = None
         self._step = sequence.together(len(trees))
         # Of a programme, from its start on.
+        self._plans: tuple[Plan, ...]
         self._offsets: Point
         self._progress: Progress
         self._inside: Point
@@ -273,11 +273,11 @@ class Together:
 
     def brake(self, axis: int, now: Period, s: LiveState, g: Guided) -> Step:
         """`guided.slow_down` of one stage, on the path if all follow one."""
-        slowing, plans = self._slowing, self._plans
-        if slowing is None or plans is None:
+        slowing = self._slowing
+        if slowing is None:
             return slow_down(now, s, g)
         if s.time != slowing.at:  # once for all
-            slowing = slower(plans, self._progress, slowing, self._most, now.dt)
+            slowing = slower(self._plans, self._progress, slowing, self._most, now.dt)
             self._slowing = slowing = slowing._replace(at=s.time)
         aim, over = slowing.aims[axis], all(each[1:] == REST[1:] for each in slowing.aims)
         aim = aim._replace(position=aim.position + self._offsets[axis])
@@ -301,7 +301,6 @@ class Together:
         return step(now, s, g, follow)
 
     def _follow(self, now: float) -> None:
-        assert self._plans is not None
         self._now = now
         loops = tuple(
             Loop(None, None, arrival, plan)  # type: ignore[arg-type]
