@@ -418,8 +418,8 @@ def test_only_the_outermost_kernel_is_made_machine_code() -> None:
     """`_parts` takes numba's compiler to pieces that are not public: it saves a fifth of the time
     to compile a machine.
 
-    Where this fails after an upgrade of numba: drop `_parts` and the option of `kernel._inlined`
-    that names it; results do not change. Look for a public successor first.
+    Where this fails after an upgrade of numba: drop `_parts` and the options of `kernel` that
+    name it; results do not change. Look for a public successor first.
     """
     from numba.core import event
 
@@ -443,7 +443,24 @@ def test_only_the_outermost_kernel_is_made_machine_code() -> None:
 
     with event.install_listener("numba:run_pass", Listener()):
         assert compiled(outer)(0.3) == outer(0.3)
-    assert lowered == {"inner": "part_lowering", "outer": "native_lowering"}
+    assert lowered == {"inner": "part_lowering", "outer": "whole_lowering"}
+
+
+def test_a_kernel_may_print_and_raise_inside_another(capfd: pytest.CaptureFixture[str]) -> None:
+    @kernel
+    def inner(x: float) -> float:
+        print("x is", x)
+        if x < 0.0:
+            raise ValueError("x is negative")
+        return x
+
+    def outer(x: float) -> float:
+        return inner(x) + 1.0
+
+    assert compiled(outer)(2.0) == 3.0
+    assert capfd.readouterr().out == "x is 2.0\n"
+    with pytest.raises(ValueError, match="x is negative"):
+        compiled(outer)(-1.0)
 
 
 def test_two_processes_that_start_at_once_share_the_cache(copy: Path, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from numba import _dynfunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, _LowerResult
 from numba.core.compiler_machinery import register_pass
+from numba.core.environment import lookup_environment
 from numba.core.typed_passes import NativeLowering, NopythonRewrites
 
 
@@ -49,15 +50,44 @@ class _PartLowering(NativeLowering):  # type: ignore[misc]
         return True
 
 
-class Parts(CompilerBase):  # type: ignore[misc]
-    """numba's own compiler with another lowering, and without joining operations on arrays."""
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _WholeLowering(NativeLowering):  # type: ignore[misc]
+    """Lowers a function with its parts, and gives each part its constants."""
+
+    _name = "whole_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        super().run_pass(state)
+        for variable in state.library._final_module.global_variables:
+            name = variable.name
+            if name.startswith("_ZN08NumbaEnv") and (found := lookup_environment(name)):
+                state.library.codegen.set_env(name, found)
+        return True
+
+
+class _Compiler(CompilerBase):  # type: ignore[misc]
+    """numba's own with another lowering, and without joining operations on arrays."""
+
+    lowering: Any
 
     def define_pipelines(self) -> list[Any]:
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.passes = [
-            (_PartLowering if each is NativeLowering else each, why)
+            (self.lowering if each is NativeLowering else each, why)
             for each, why in manager.passes
             if each is not NopythonRewrites
         ]
         manager.finalize()
         return [manager]
+
+
+class Parts(_Compiler):
+    """Compiles what is inlined."""
+
+    lowering = _PartLowering
+
+
+class Whole(_Compiler):
+    """Compiles what is called from Python."""
+
+    lowering = _WholeLowering

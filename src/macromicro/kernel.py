@@ -396,8 +396,11 @@ def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, 
     # Kernels never allocate, so numba need not count references to their arrays: that halves
     # the micro-stage's period. `_nrt` is numba's own option; tests/test_kernel.py says what to
     # do in the version that drops it.
+    from macromicro._parts import Whole
+
     options: dict[str, Any] = {
-        "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True
+        "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True,
+        "pipeline_class": Whole,
     }  # fmt: skip
     try:
         dispatcher = numba.njit(cache=True, **options)(function)
